@@ -1,0 +1,1 @@
+"""Nonlinear ray tracing without Blender: numpy in, numpy out."""

@@ -1,0 +1,93 @@
+"""Scene and settings -> shader text: only the files, and within them only the parts, that this choice needs.
+
+A pass forward-declares what it calls, and a chosen file of the folder for it defines it. Parts of a file stand between
+#ifdef FLAG and #endif; they are resolved here, so that what is not needed is not in the text at all.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+SHADERS = Path(__file__).resolve().parents[2] / "shaders"
+VERSION = "#version 330 core\n"
+COMMON = ("common/types", "common/status", "common/texels", "common/finite")
+
+
+class ShaderError(RuntimeError):
+    """A shader file is missing, or the driver rejected the text; the message names file and line."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a program is made of; the key of the program cache.
+
+    main  : the file of passes/ with main()
+    files : the chosen files that define what main() calls, e.g. "models/schwarzschild"
+    flags : names for #ifdef
+    """
+
+    main: str
+    files: tuple[str, ...] = ()
+    flags: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Source:
+    """text : the fragment shader; files : its files by the number that #line gives them; outputs : in text order."""
+
+    text: str
+    files: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def explain(self, message: str) -> str:
+        """A compiler's message with file names in place of source string numbers ("3:12" -> "models/x.glsl:12")."""
+
+        def name(match: re.Match) -> str:
+            number = int(match[1])
+            return f"{self.files[number]}.glsl:{match[2]}" if number < len(self.files) else match[0]
+
+        return re.sub(r"\b(\d+)[:(](\d+)\b", name, message)
+
+
+def compose(choice: Choice) -> Source:
+    """The whole text of a choice. Raises ShaderError where a file is missing."""
+    files = (*COMMON, choice.main, *choice.files)
+    parts = [f"#line 1 {number}\n{select(read(file), choice.flags, file)}" for number, file in enumerate(files)]
+    text = VERSION + "\n".join(parts)
+    return Source(text, files, tuple(re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)))
+
+
+@cache
+def read(file: str) -> str:
+    """The text of shaders/<file>.glsl."""
+    path = SHADERS / f"{file}.glsl"
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ShaderError(
+            f"Shader file '{path}' cannot be read: {error.strerror}. Install the extension again."
+        ) from error
+
+
+def select(text: str, flags: frozenset[str], file: str = "") -> str:
+    """The text without the parts whose flag is not set. Line numbers are kept; comments of dropped parts go, too."""
+    keep = [True]
+    lines = []
+    for line in text.splitlines():
+        word, _, flag = line.strip().partition(" ")
+        if word in ("#ifdef", "#ifndef"):
+            keep.append((flag.strip() in flags) == (word == "#ifdef"))
+        elif word == "#else":
+            keep[-1] = not keep[-1]
+        elif word == "#endif":
+            keep.pop()
+        elif all(keep):
+            lines.append(line)
+            continue
+        lines.append("")
+    if len(keep) != 1:
+        raise ShaderError(f"shaders/{file}.glsl: #ifdef and #endif do not pair up.")
+    return "\n".join(lines) + "\n"

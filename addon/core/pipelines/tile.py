@@ -1,0 +1,56 @@
+"""What a pipeline is asked for and what it gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..settings import Settings
+from ..textures import Packed
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """Everything a pipeline needs to make its programs, beside the settings.
+
+    camera          "perspective", "orthographic" or "given"
+    model           name of the model, e.g. "schwarzschild"
+    observer        file of observers/
+    packed          the scene's textures
+    cube            float32, (6, size, size, 3), or None
+    uniforms        all values: model, camera, sky, ambient
+    rays            origins and directions, (rows, columns, 4) each, for the camera "given"
+    first_step      h, model lengths
+    escape_radius   model lengths
+    """
+
+    settings: Settings
+    camera: str
+    model: str
+    observer: str
+    packed: Packed
+    cube: np.ndarray | None
+    uniforms: dict[str, object]
+    first_step: float
+    escape_radius: float
+    outputs: frozenset[str] = field(default_factory=frozenset)
+    rays: tuple[np.ndarray, np.ndarray] | None = None
+
+
+@dataclass(eq=False)
+class TileEnds:
+    """What the rays of a tile ended as; float32, (rows, columns, …), model space, row 0 at the bottom.
+
+    position  (…, 4): where the ray ended or what it hit, and τ
+    velocity  (…, 4): v there, and the status
+    color     (…, 4): radiance, where asked for
+    surface   (…, 4): the hit's normal and object index, where asked for
+    tally     (…, 4): depth, steps, error estimate, drift of the invariants, where asked for
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    color: np.ndarray | None = None
+    surface: np.ndarray | None = None
+    tally: np.ndarray | None = None

@@ -1,0 +1,112 @@
+"""What the user chooses, checked once. Frozen, so that the choices in it can key the program cache."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+PIPELINES = ("paper",)
+INTEGRATORS = ("euler",)
+STEP_CONTROLS = ("constant", "doubling")
+OBSERVERS = ("chart", "static")
+EARLY_TERMINATIONS = ("both", "hits", "bounds", "off")
+FAILED_RAYS = ("environment", "marker")
+PASSES = ("Combined", "Depth", "Position", "Normal", "Object Index", "Direction", "Status", "Steps", "Error")
+PASS_CHANNELS = {
+    "Combined": "RGBA",
+    "Depth": "V",
+    "Position": "XYZ",
+    "Normal": "XYZ",
+    "Object Index": "X",
+    "Direction": "XYZ",
+    "Status": "X",
+    "Steps": "X",
+    "Error": "X",
+}
+
+
+class SettingsError(ValueError):
+    """A setting is out of its range; the message names it, its value and the range."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Lengths are model lengths (the placement's scale turns them into metres); angles are radians.
+
+    pipeline            one of PIPELINES
+    integrator          one of INTEGRATORS
+    step_control        "constant", or "doubling": the paper's step doubling with two thresholds (Section 4.2)
+    observer            "chart": directions are taken in the chart, as the paper does;
+                        "static": in the frame of an observer at rest
+    step                h, the step of τ (the first one where steps adapt); None lets the model choose
+    tolerance           angle, radians, that a segment may be wrong by before its step is halved ("doubling")
+    max_steps           steps a ray may take
+    segments            n_segs: chords a ray may take
+    steps_per_segment   n_integration: steps between two chords
+    early_termination   which ended rays the early z test skips: "both", "hits", "bounds", "off" (or True, False)
+    escape_radius       bounding sphere around the model's centre; None lets model and scene choose
+    passes              a tuple out of PASSES
+    samples             rays a pixel, spread over the pixel's area
+    batch_size          objects read by one draw; 1 is the paper's crossbar, None as many as keep a draw short
+    cull_batches        skip a batch whose bounding sphere a segment misses
+    ray_bits            32 or 16: precision of the ray textures (16 shows the paper's finding)
+    failed_rays         "environment" or "marker": what pixels show whose ray ended in a failure
+    """
+
+    pipeline: str = "paper"
+    integrator: str = "euler"
+    step_control: str = "doubling"
+    observer: str = "chart"
+    step: float | None = None
+    tolerance: float = 1e-3
+    max_steps: int = 100_000
+    segments: int = 500
+    steps_per_segment: int = 10
+    early_termination: str | bool = "both"
+    escape_radius: float | None = None
+    passes: tuple[str, ...] = ("Combined",)
+    samples: int = 1
+    batch_size: int | None = None
+    cull_batches: bool = True
+    ray_bits: int = 32
+    failed_rays: str = "environment"
+
+    def __post_init__(self):
+        if isinstance(self.early_termination, bool):
+            object.__setattr__(self, "early_termination", "both" if self.early_termination else "off")
+        object.__setattr__(self, "passes", tuple(self.passes))
+        _one_of("pipeline", self.pipeline, PIPELINES)
+        _one_of("integrator", self.integrator, INTEGRATORS)
+        _one_of("step_control", self.step_control, STEP_CONTROLS)
+        _one_of("observer", self.observer, OBSERVERS)
+        _one_of("early_termination", self.early_termination, EARLY_TERMINATIONS)
+        _one_of("failed_rays", self.failed_rays, FAILED_RAYS)
+        _one_of("ray_bits", self.ray_bits, (16, 32))
+        for name in self.passes:
+            _one_of("passes", name, PASSES)
+        if self.step is not None:
+            _in_range("step", self.step, 1e-9, 1e9)
+        if self.escape_radius is not None:
+            _in_range("escape_radius", self.escape_radius, 1e-9, 1e12)
+        _in_range("tolerance", self.tolerance, 1e-9, math.pi)
+        _whole("max_steps", self.max_steps, 1, 10_000_000)
+        _whole("segments", self.segments, 1, 1_000_000)
+        _whole("steps_per_segment", self.steps_per_segment, 1, 1000)
+        _whole("samples", self.samples, 1, 4096)
+        if self.batch_size is not None:
+            _whole("batch_size", self.batch_size, 1, 65536)
+
+
+def _one_of(name: str, value, choices: tuple) -> None:
+    if value not in choices:
+        raise SettingsError(f"Setting '{name}' is {value!r}, but must be one of {choices}. Choose one of them.")
+
+
+def _in_range(name: str, value: float, low: float, high: float) -> None:
+    if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
+        raise SettingsError(f"Setting '{name}' is {value!r}, but must lie in [{low:g}, {high:g}]. Change it.")
+
+
+def _whole(name: str, value: int, low: int, high: int) -> None:
+    if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
+        raise SettingsError(f"Setting '{name}' is {value!r}, but must be a whole number in [{low}, {high}]. Change it.")

@@ -1,0 +1,28 @@
+// Provides the structures that the passes and the chosen files hand each other.
+// Lengths are model lengths, space is the model's own, tau is the curve parameter of Eq. (1).
+
+struct RayState {
+    vec3 x;  // position
+    vec3 v;  // dx/dtau
+};
+
+struct Step {
+    RayState state;  // after the step
+};
+
+struct Segment {
+    vec3 a;  // where the chord begins: fraction 0
+    vec3 b;  // where it ends: fraction 1
+};
+
+struct Hit {
+    float fraction;     // along the segment, in [0, 1)
+    int primitive;      // row in the scene texture
+    vec2 barycentric;   // triangles only: weights of corners 1 and 2
+    vec3 position;      // from here on: filled by complete_hit()
+    vec3 normal;        // unit, towards the viewer
+    vec3 view;          // unit, from the hit back along the ray
+    vec2 uv;
+    int material;
+    float object_index;
+};

@@ -1,0 +1,51 @@
+// Provides the first sphere of a batch that a segment meets: Glassner 1993, with the check for the segment's finite extent.
+// Five texels a sphere: centre and radius; material and object index; the sphere's three axes.
+
+uniform sampler2D u_spheres;
+uniform int u_first;
+uniform int u_count;
+
+bool first_hit(Segment segment, inout Hit hit) {
+    bool met = false;
+    vec3 along = segment.b - segment.a;
+    float length_squared = dot(along, along);
+    float inverse = 1.0 / length_squared;
+    for (int i = u_first; i < u_first + u_count; ++i) {
+        vec4 sphere = texel(u_spheres, 5 * i);
+        vec3 to_centre = sphere.xyz - segment.a;
+        float closest = dot(to_centre, along) * inverse;  // fraction of the point nearest to the centre
+        vec3 gap = to_centre - closest * along;
+        float under_root = (sphere.w * sphere.w - dot(gap, gap)) * inverse;
+        if (!(under_root >= 0.0)) continue;
+        float half_chord = sqrt(under_root);
+        float t = closest - half_chord;
+        if (t < 0.0) t = closest + half_chord;  // the segment begins inside
+        if (t >= 0.0 && t < hit.fraction) {
+            hit.fraction = t;
+            hit.primitive = i;
+            met = true;
+        }
+    }
+    return met;
+}
+
+void complete_hit(Segment segment, inout Hit hit) {
+    vec4 sphere = texel(u_spheres, 5 * hit.primitive);
+    vec4 indices = texel(u_spheres, 5 * hit.primitive + 1);
+    hit.material = int(indices.x);
+    hit.object_index = indices.y;
+    hit.view = normalize(segment.a - segment.b);
+    hit.position = mix(segment.a, segment.b, hit.fraction);
+    vec3 outward = normalize(hit.position - sphere.xyz);
+#ifdef IMAGES
+    const float PI = 3.14159265358979;
+    vec3 own = vec3(
+        dot(texel(u_spheres, 5 * hit.primitive + 2).xyz, outward),
+        dot(texel(u_spheres, 5 * hit.primitive + 3).xyz, outward),
+        dot(texel(u_spheres, 5 * hit.primitive + 4).xyz, outward));
+    hit.uv = vec2(atan(own.y, own.x) / (2.0 * PI) + 0.5, asin(clamp(own.z, -1.0, 1.0)) / PI + 0.5);
+#else
+    hit.uv = vec2(0.0);
+#endif
+    hit.normal = dot(outward, hit.view) < 0.0 ? -outward : outward;
+}

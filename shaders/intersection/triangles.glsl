@@ -1,0 +1,74 @@
+// Provides the first triangle of a batch that a segment meets: Carr et al. 2002 (The Ray Engine) in the form of Moeller
+// and Trumbore, with the check for the segment's finite extent. Three texels a triangle: corner 0 and material; edge to
+// corner 1 and object index; edge to corner 2. Groups of GROUP_SIZE triangles have a bounding sphere each.
+
+uniform sampler2D u_triangles;
+uniform sampler2D u_corners;  // normals and uvs, four texels a triangle
+uniform int u_first;
+uniform int u_count;
+
+void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
+    vec3 edge1 = texel(u_triangles, 3 * index + 1).xyz;
+    vec3 edge2 = texel(u_triangles, 3 * index + 2).xyz;
+    vec3 along = segment.b - segment.a;
+    vec3 p = cross(along, edge2);
+    float determinant = dot(edge1, p);
+    vec3 from_corner = segment.a - texel(u_triangles, 3 * index).xyz;
+    vec3 q = cross(from_corner, edge1);
+    float inverse = 1.0 / determinant;
+    float u = dot(from_corner, p) * inverse;
+    float v = dot(along, q) * inverse;
+    float t = dot(edge2, q) * inverse;
+    // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
+    if (determinant != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t < hit.fraction) {
+        hit.fraction = t;
+        hit.primitive = index;
+        hit.barycentric = vec2(u, v);
+        met = true;
+    }
+}
+
+#ifdef CULL_GROUPS
+const int GROUP_SIZE = 16;
+uniform sampler2D u_triangle_groups;  // centre, radius squared
+
+// Whether the segment comes near enough to a group: the distance of the sphere's centre from the chord.
+bool near_group(vec4 sphere, Segment segment) {
+    vec3 along = segment.b - segment.a;
+    vec3 to_centre = sphere.xyz - segment.a;
+    float t = clamp(dot(to_centre, along) / max(dot(along, along), 1e-37), 0.0, 1.0);
+    vec3 gap = to_centre - t * along;
+    return dot(gap, gap) <= sphere.w;
+}
+#endif
+
+bool first_hit(Segment segment, inout Hit hit) {
+    bool met = false;
+#ifdef CULL_GROUPS
+    for (int group = u_first / GROUP_SIZE; group * GROUP_SIZE < u_first + u_count; ++group) {
+        if (!near_group(texel(u_triangle_groups, group), segment)) continue;
+        int end = min((group + 1) * GROUP_SIZE, u_first + u_count);
+        for (int i = group * GROUP_SIZE; i < end; ++i) meet_triangle(i, segment, hit, met);
+    }
+#else
+    for (int i = u_first; i < u_first + u_count; ++i) meet_triangle(i, segment, hit, met);
+#endif
+    return met;
+}
+
+void complete_hit(Segment segment, inout Hit hit) {
+    vec4 c0 = texel(u_corners, 4 * hit.primitive);
+    vec4 c1 = texel(u_corners, 4 * hit.primitive + 1);
+    vec4 c2 = texel(u_corners, 4 * hit.primitive + 2);
+    vec4 c3 = texel(u_corners, 4 * hit.primitive + 3);
+    vec3 weights = vec3(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
+    hit.material = int(texel(u_triangles, 3 * hit.primitive).w);
+    hit.object_index = texel(u_triangles, 3 * hit.primitive + 1).w;
+    hit.view = normalize(segment.a - segment.b);
+    hit.position = mix(segment.a, segment.b, hit.fraction);
+    hit.normal = normalize(weights.x * c0.xyz + weights.y * c1.xyz + weights.z * c2.xyz);
+    vec3 edge1 = texel(u_triangles, 3 * hit.primitive + 1).xyz;
+    vec3 edge2 = texel(u_triangles, 3 * hit.primitive + 2).xyz;
+    if (dot(cross(edge1, edge2), hit.view) < 0.0) hit.normal = -hit.normal;  // seen from behind
+    hit.uv = weights.x * vec2(c0.w, c1.w) + weights.y * vec2(c2.w, c3.x) + weights.z * c3.yz;
+}

@@ -1,0 +1,48 @@
+// Provides light around a black hole at rest, paper Section 5.4 and Appendix A, in the force form
+//
+//     f = -3 M h^2 x / r^5,   h = |x cross v|
+//
+// whose orbits are those of the null geodesic equation in pseudo-Cartesian Schwarzschild coordinates, tau affine
+// (derivation: addon/core/models/schwarzschild.py). State: x in model lengths (G = c = 1), v = dx/dtau, |v| = 1 at the camera.
+
+uniform float u_mass;
+
+RayState initial_state(vec3 x, vec3 d) {
+    return RayState(x, d);
+}
+
+RayState rhs(RayState s) {
+    vec3 h = cross(s.x, s.v);
+    float r_squared = dot(s.x, s.x);
+    float inverse_r = inversesqrt(r_squared);
+    float inverse_r_squared = inverse_r * inverse_r;
+    return RayState(s.v, (-3.0 * u_mass * dot(h, h) * inverse_r_squared * inverse_r_squared * inverse_r) * s.x);
+}
+
+vec3 ray_direction(RayState s) {
+    return normalize(s.v);
+}
+
+bool absorbed(RayState s) {
+    return dot(s.x, s.x) <= 4.0 * u_mass * u_mass;
+}
+
+// A quarter of the radius: a ray that falls in meets the horizon's inside before it is through.
+float longest_step(RayState s) {
+    return 0.25 * length(s.x) / max(length(s.v), 1e-30);
+}
+
+// Conserved: E^2 = |v|^2 - 2 M h^2 / r^3 (with E the energy at infinity), and the vector h.
+vec4 invariants(RayState s) {
+    vec3 h = cross(s.x, s.v);
+    float r = length(s.x);
+    return vec4(dot(s.v, s.v) - 2.0 * u_mass * dot(h, h) / (r * r * r), h);
+}
+
+// An observer at rest measures lengths along r as longer by (1 - 2M/r)^(-1/2) than the chart does.
+vec3 static_frame(vec3 x, vec3 direction) {
+    vec3 outward = normalize(x);
+    float radial = dot(direction, outward);
+    float shrink = sqrt(max(1.0 - 2.0 * u_mass / length(x), 0.0));
+    return direction + (shrink - 1.0) * radial * outward;
+}

@@ -1,0 +1,41 @@
+// Ray-object intersection and local illumination, Sections 3.3 and 3.4, in one program as in the paper: one segment of
+// every ray against one batch of objects. The depth of a hit is the segment's index plus the fraction along it.
+
+bool first_hit(Segment segment, inout Hit hit);    // the batch's first object with a fraction below hit.fraction
+void complete_hit(Segment segment, inout Hit hit);  // position, normal, uv, material of that hit
+vec4 shade(Hit hit);                                // its radiance
+
+uniform sampler2D u_x_before;
+uniform sampler2D u_x;
+uniform sampler2D u_depth_before;
+uniform sampler2D u_color_before;
+uniform float u_segment;
+
+out vec4 out_depth;
+out vec4 out_color;
+#ifdef SURFACE_PASSES
+uniform sampler2D u_surface_before;
+out vec4 out_surface;  // normal, object index
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float depth = texelFetch(u_depth_before, pixel, 0).x;
+    Segment segment = Segment(texelFetch(u_x_before, pixel, 0).xyz, texelFetch(u_x, pixel, 0).xyz);
+    Hit hit;
+    hit.fraction = clamp(depth - u_segment, 0.0, 1.0);
+    if (first_hit(segment, hit)) {
+        complete_hit(segment, hit);
+        out_depth = vec4(u_segment + hit.fraction);
+        out_color = shade(hit);
+#ifdef SURFACE_PASSES
+        out_surface = vec4(hit.normal, hit.object_index);
+#endif
+    } else {
+        out_depth = vec4(depth);
+        out_color = texelFetch(u_color_before, pixel, 0);
+#ifdef SURFACE_PASSES
+        out_surface = texelFetch(u_surface_before, pixel, 0);
+#endif
+    }
+}

@@ -1,0 +1,55 @@
+// "Compute New Stepsize", Section 4.2 and Figure 3: compares n steps of h with 2n steps of h/2.
+// A segment whose two results differ by more than the upper threshold is taken back and tried with half the step,
+// so that a ray which runs into a strong field cannot keep the error of its last long step.
+
+float next_step(float h, float error);  // the step size for the next segment
+bool accepted(float error);             // whether this segment stands
+bool absorbed(RayState s);
+float longest_step(RayState s);         // so that no step can jump over what the model has at its centre
+
+uniform sampler2D u_x;  // the point before the segment
+uniform sampler2D u_v;
+uniform sampler2D u_full_x;  // after n steps of h
+uniform sampler2D u_full_v;
+uniform sampler2D u_half_x;  // after 2n steps of h/2
+uniform sampler2D u_half_v;
+uniform float u_smallest_step;
+
+out vec4 out_x;
+out vec4 out_v;
+#ifdef ERROR_PASS
+uniform sampler2D u_error;  // summed estimate so far
+out vec4 out_error;
+#endif
+
+// The larger of the two angles, radians, by which the results differ: between the directions, and of the end points
+// seen from the segment's beginning.
+float difference(vec3 start, RayState full, RayState half_steps) {
+    float turned = length(normalize(full.v) - normalize(half_steps.v));
+    float shifted = length(full.x - half_steps.x) / max(length(half_steps.x - start), 1e-30);
+    return max(turned, shifted);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 x = texelFetch(u_x, pixel, 0);
+    vec4 v = texelFetch(u_v, pixel, 0);
+    vec4 half_x = texelFetch(u_half_x, pixel, 0);
+    RayState full = RayState(texelFetch(u_full_x, pixel, 0).xyz, texelFetch(u_full_v, pixel, 0).xyz);
+    RayState half_steps = RayState(half_x.xyz, texelFetch(u_half_v, pixel, 0).xyz);
+
+    // Where both results lie in the absorbing region, how far they got in it means nothing.
+    float error = absorbed(full) && absorbed(half_steps) ? 0.0 : difference(x.xyz, full, half_steps);
+    float h = next_step(v.w, error);
+    bool stands = accepted(error);
+    // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
+    if (!stands && h < u_smallest_step) h = -h;
+
+    RayState s = RayState(x.xyz, v.xyz);
+    if (stands) s = half_steps;
+    out_x = vec4(s.x, stands ? half_x.w : x.w);
+    out_v = vec4(s.v, min(h, longest_step(s)));
+#ifdef ERROR_PASS
+    out_error = texelFetch(u_error, pixel, 0) + vec4(stands ? error : 0.0);
+#endif
+}

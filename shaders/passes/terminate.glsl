@@ -1,0 +1,93 @@
+// Test for ray termination, Section 4.1. A ray that ends here is written down once, in textures of its own, and its
+// depth becomes the 0 of this quad; a ray that goes on is discarded and keeps the depth 1 of the clear. Later quads of
+// this pass fail the depth test at 0, so that the first ending stands.
+
+bool absorbed(RayState s);
+bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
+#ifdef DRIFT
+void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);
+vec3 chart_direction(vec3 x, vec3 direction);
+RayState initial_state(vec3 x, vec3 d);
+vec4 invariants(RayState s);  // what the model conserves
+uniform vec2 u_pixel_offset;
+#endif
+
+uniform sampler2D u_x_before;
+uniform sampler2D u_x;
+uniform sampler2D u_v;
+uniform float u_segment;
+uniform bool u_last_segment;
+uniform float u_steps_taken;
+
+out vec4 out_x;  // where it ended, tau
+out vec4 out_v;  // v there, status
+#ifdef GEOMETRY
+uniform sampler2D u_depth;
+uniform sampler2D u_color;
+out vec4 out_color;
+#endif
+#ifdef SURFACE_PASSES
+uniform sampler2D u_surface;
+out vec4 out_surface;
+#endif
+#ifdef TALLY
+out vec4 out_tally;  // depth, steps, error estimate, drift of the invariants
+#endif
+#ifdef ERROR_PASS
+uniform sampler2D u_error;
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 x = texelFetch(u_x, pixel, 0);
+    vec4 v = texelFetch(u_v, pixel, 0);
+    RayState s = RayState(x.xyz, v.xyz);
+    float status = RUNNING;
+    if (!finite(s.x) || !finite(s.v)) status = NOT_FINITE;
+    else if (absorbed(s)) status = ABSORBED;
+    else if (outside(s)) status = ESCAPED;
+    else if (v.w <= 0.0) status = STEP_TOO_SMALL;
+    else if (u_last_segment) status = STEP_LIMIT;
+
+    vec4 before = texelFetch(u_x_before, pixel, 0);
+#ifdef GEOMETRY
+    float depth = texelFetch(u_depth, pixel, 0).x;
+    if (depth < u_segment + 1.0) {
+        status = HIT;
+        x = mix(before, x, depth - u_segment);
+    }
+#else
+    float depth = u_segment + 1.0;
+#endif
+    if (status == RUNNING) discard;
+    if (status == NOT_FINITE) {  // the last point that was still a number
+        x = before;
+        v = vec4(0.0);
+    }
+    out_x = x;
+    out_v = vec4(v.xyz, status);
+#ifdef GEOMETRY
+    out_color = texelFetch(u_color, pixel, 0);
+#endif
+#ifdef SURFACE_PASSES
+    out_surface = status == HIT ? texelFetch(u_surface, pixel, 0) : vec4(0.0);
+#endif
+#ifdef TALLY
+    float error = 0.0;
+    float drift = 0.0;
+#ifdef ERROR_PASS
+    error = texelFetch(u_error, pixel, 0).x;
+#endif
+#ifdef DRIFT
+    vec3 origin, direction;
+    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
+    vec4 first = invariants(initial_state(origin, chart_direction(origin, direction)));
+    vec4 change = abs(invariants(s) - first);
+    vec4 size = abs(first);
+    drift = max(max(change.x, change.y), max(change.z, change.w))
+        / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
+    if (!(drift < 3.0e38)) drift = 3.0e38;
+#endif
+    out_tally = vec4(min(depth, u_segment + 1.0), u_steps_taken, error, drift);
+#endif
+}

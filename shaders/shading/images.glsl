@@ -1,0 +1,43 @@
+// Provides sample_image(): all image textures lie texel after texel in one texture, each from the start of a row.
+// One texel an image in u_image_table: first row, width, height, extension + 4 * (closest ? 1 : 0).
+
+uniform sampler2D u_image_table;
+uniform sampler2D u_image_texels;
+
+const int REPEAT = 0;
+const int EXTEND = 1;
+const int CLIP = 2;
+const int MIRROR = 3;
+
+// Folds a texel index into [0, size); -1 where the image is clipped.
+int folded(int i, int size, int extension) {
+    if (extension == REPEAT) return i - size * int(floor(float(i) / float(size)));
+    if (extension == MIRROR) {
+        int period = 2 * size;
+        int j = i - period * int(floor(float(i) / float(period)));
+        return j < size ? j : period - 1 - j;
+    }
+    if (extension == CLIP && (i < 0 || i >= size)) return -1;
+    return clamp(i, 0, size - 1);
+}
+
+vec4 image_texel(vec4 entry, ivec2 at) {
+    ivec2 size = ivec2(entry.yz);
+    int extension = int(entry.w) & 3;
+    int column = folded(at.x, size.x, extension);
+    int row = folded(at.y, size.y, extension);
+    if (column < 0 || row < 0) return vec4(0.0);
+    return texel(u_image_texels, (int(entry.x) << TEXELS_PER_ROW_LOG2) + row * size.x + column);
+}
+
+vec4 sample_image(int image, vec2 uv) {
+    vec4 entry = texel(u_image_table, image);
+    vec2 at = clamp(uv, -1.0e4, 1.0e4) * entry.yz;
+    if (int(entry.w) >= 4) return image_texel(entry, ivec2(floor(at)));
+    vec2 corner = floor(at - 0.5);
+    vec2 weight = at - 0.5 - corner;
+    ivec2 i = ivec2(corner);
+    vec4 below = mix(image_texel(entry, i), image_texel(entry, i + ivec2(1, 0)), weight.x);
+    vec4 above = mix(image_texel(entry, i + ivec2(0, 1)), image_texel(entry, i + ivec2(1, 1)), weight.x);
+    return mix(below, above, weight.y);
+}
