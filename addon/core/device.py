@@ -260,5 +260,8 @@ def shutdown() -> None:
             _device.ctx.release()
             _device = None
 
-    worker.submit(release).result()
+    try:
+        worker.submit(release).result()
+    except RuntimeError:  # the interpreter is exiting and has ended the thread: the process takes the context along
+        _device = None
     worker.shutdown()

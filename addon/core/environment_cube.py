@@ -55,7 +55,7 @@ def equirect_to_cube(pixels: np.ndarray, size: int, environment_from_world: np.n
     if environment_from_world is not None:
         given = np.asarray(environment_from_world, np.float64)
         matrix[:, : given.shape[1]] = given
-    rgb = np.ascontiguousarray(pixels[..., :3], np.float32)
+    rgb = _shrunk(np.ascontiguousarray(pixels[..., :3], np.float32), 4 * size)
     samples = max(1, math.ceil(rgb.shape[1] / (4 * size)))  # along each side of a texel
     offsets = (np.arange(samples) + 0.5) / samples
     faces = np.zeros((6, size, size, 3), np.float32)
@@ -72,21 +72,25 @@ def sample_equirect(pixels: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
     Wraps in u; in v it stops at the poles' rows.
     """
-    height, width = pixels.shape[:2]
-    x, y, z = np.moveaxis(directions, -1, 0)
-    u = 0.5 - np.arctan2(y, x) / (2.0 * np.pi)
-    v = 0.5 + np.arctan2(z, np.hypot(x, y)) / np.pi
+    height, width, channels = pixels.shape
+    x, y, z = np.moveaxis(np.asarray(directions, np.float32), -1, 0)
+    u = 0.5 - np.arctan2(y, x) / np.float32(2.0 * np.pi)
+    v = 0.5 + np.arctan2(z, np.hypot(x, y)) / np.float32(np.pi)
     column, row = u * width - 0.5, v * height - 0.5
     left, below = np.floor(column), np.floor(row)
-    right_share = (column - left).astype(np.float32)[..., None]
-    above_share = (row - below).astype(np.float32)[..., None]
-    left = left.astype(np.int64) % width
+    right_share, above_share = (column - left)[..., None], (row - below)[..., None]
+    left = left.astype(np.int32) % width
     right = (left + 1) % width
-    above = np.clip(below.astype(np.int64) + 1, 0, height - 1)
-    below = np.clip(below.astype(np.int64), 0, height - 1)
-    lower = pixels[below, left] * (1 - right_share) + pixels[below, right] * right_share
-    upper = pixels[above, left] * (1 - right_share) + pixels[above, right] * right_share
-    return lower * (1 - above_share) + upper * above_share
+    above = np.clip(below.astype(np.int64) + 1, 0, height - 1) * width
+    below = np.clip(below.astype(np.int64), 0, height - 1) * width
+    flat = pixels.reshape(-1, channels)
+
+    def between(row):
+        start = flat.take(row + left, axis=0)
+        return start + (flat.take(row + right, axis=0) - start) * right_share
+
+    lower = between(below)
+    return lower + (between(above) - lower) * above_share
 
 
 def mean_radiance(faces: np.ndarray) -> tuple[float, float, float]:
@@ -104,6 +108,15 @@ def solid_angles(size: int) -> np.ndarray:
     x, y = edge[None, :], edge[:, None]
     corner = np.arctan(x * y / np.sqrt(x * x + y * y + 1.0))
     return corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
+
+
+def _shrunk(pixels: np.ndarray, width: int) -> np.ndarray:
+    """The picture averaged over k × k pixels, k the least that divides it and makes it no wider than asked; or itself."""
+    least = math.ceil(pixels.shape[1] / width)
+    for k in range(least, 2 * least):
+        if pixels.shape[0] % k == 0 and pixels.shape[1] % k == 0:
+            return pixels.reshape(pixels.shape[0] // k, k, pixels.shape[1] // k, k, -1).mean(axis=(1, 3))
+    return pixels
 
 
 def _face(face: int, size: int, s_offset: float, t_offset: float) -> np.ndarray:

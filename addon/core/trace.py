@@ -14,7 +14,7 @@ from . import device as gpu
 from .frame import Frame, Statistics
 from .models import Model
 from .pipelines.paper import PaperPipeline
-from .pipelines.tile import Request, TileEnds
+from .pipelines.tile import Request, Stopwatch, TileEnds
 from .scene import Camera, Scene, SceneError
 from .settings import PASS_CHANNELS, Settings, SettingsError
 from .status import Status
@@ -61,19 +61,6 @@ class RayEnds:
     error: np.ndarray
 
 
-class Stopwatch:
-    """Milliseconds by stage, in the order the stages began."""
-
-    def __init__(self):
-        self.milliseconds: dict[str, float] = {}
-
-    def measure(self, stage: str, work: Callable):
-        begin = time.perf_counter()
-        result = work()
-        self.milliseconds[stage] = self.milliseconds.get(stage, 0.0) + 1e3 * (time.perf_counter() - begin)
-        return result
-
-
 def render(
     scene: Scene,
     settings: Settings,
@@ -88,11 +75,12 @@ def render(
     watch = Stopwatch()
     columns, rows = scene.camera.size
     asked = frozenset(OUTPUTS[name] for name in settings.passes if name in OUTPUTS)
-    packed = watch.measure("pack", lambda: pack(scene, groups=settings.cull_batches))
+    with watch.stage("pack"):
+        packed = pack(scene, groups=settings.cull_batches)
     check_memory(columns, rows, settings, packed)
     request = make_request(scene, settings, packed, camera_uniforms(scene), asked)
     tile = (min(TILE, columns), min(TILE, rows))
-    pipeline = watch.measure("compile and upload", lambda: gpu.run(lambda device: _prepared(device, request, tile)))
+    pipeline = gpu.run(lambda device: PaperPipeline(device, request, tile, watch))
 
     passes = {name: np.zeros((rows, columns, len(PASS_CHANNELS[name])), np.float32) for name in settings.passes}
     counts = np.zeros(len(Status), np.int64)
@@ -120,7 +108,6 @@ def render(
         if ends.tally is not None:
             steps[0] = max(steps[0], int(ends.tally[..., 1].max()))
             steps[1] += float(ends.tally[..., 1].sum(dtype=np.float64))
-    watch.milliseconds["trace"] = 1e3 * (time.perf_counter() - begin)
     if progress is not None:
         progress(1.0, "Done")
     statistics = Statistics(
@@ -162,7 +149,7 @@ def trace_rays(
     packed = pack(scene, groups=settings.cull_batches)
     reach = float(np.linalg.norm(positions, axis=1).max())
     request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
-    pipeline = gpu.run(lambda device: _prepared(device, request, (columns, rows)))
+    pipeline = gpu.run(lambda device: PaperPipeline(device, request, (columns, rows), Stopwatch()))
     ends = _trace_tile(pipeline, columns, rows, (0.0, 0.0), lambda fraction: None, cancelled)
 
     def flat(values: np.ndarray) -> np.ndarray:
@@ -332,12 +319,6 @@ def remaining(elapsed: float, fraction: float) -> str:
         return "Starting"
     seconds = int(elapsed * (1.0 - fraction) / fraction + 0.5)
     return f"{seconds // 60}:{seconds % 60:02d} left"
-
-
-def _prepared(device: gpu.Device, request: Request, tile: tuple[int, int]) -> PaperPipeline:
-    pipeline = PaperPipeline(device, request, tile)
-    pipeline.compile()
-    return pipeline
 
 
 def _trace_tile(pipeline, columns, rows, offset, report, cancelled) -> TileEnds:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 from ..compose import Choice
 from ..device import Device, read
-from .tile import Request, TileEnds
+from .tile import Request, Stopwatch, TileEnds
 
 FAR = 1.0e30  # depth where nothing was hit
 LONGEST_DRAW = 0.05  # seconds that one draw may take; display drivers kill draws of seconds
@@ -78,13 +78,19 @@ class Pair:
 class PaperPipeline:
     """Made once a frame, in the GPU's thread; trace() is called for every tile and sample."""
 
-    def __init__(self, device: Device, request: Request, tile: tuple[int, int]):
+    def __init__(self, device: Device, request: Request, tile: tuple[int, int], watch: Stopwatch):
+        self.watch = watch
         self.device, self.request, self.settings = device, request, request.settings
         self.tile = tile
         self.adaptive = self.settings.step_control == "doubling"
         self._choose_programs()
-        self._upload()
-        self._make_targets()
+        with watch.stage("compile"):
+            for choice in self.choices():
+                device.program(choice)
+        with watch.stage("upload"):
+            self._upload()
+            self._make_targets()
+            device.finish()
         self._batches: dict[Choice, int] = {}
 
     # What the scene needs
@@ -149,10 +155,6 @@ class PaperPipeline:
         if "color" in self.request.outputs:
             choices.append(self.sky)
         return choices
-
-    def compile(self) -> None:
-        for choice in self.choices():
-            self.device.program(choice)
 
     # Memory
 
@@ -230,6 +232,15 @@ class PaperPipeline:
             "u_tolerance": self.settings.tolerance,
             "u_escape_radius": self.request.escape_radius,
         }
+        with self.watch.stage("trace"):
+            if not self._trace(report, stopped):
+                return None
+            self.device.finish()
+        with self.watch.stage("read"):
+            return self._read()
+
+    def _trace(self, report: Callable[[float], None], stopped: Callable[[], bool]) -> bool:
+        """Every segment of every ray of the tile; False where stopped() said so."""
         self.rays.reset()
         self._clear()
         self._draw(self.setup, self.setup_target, self.camera_textures, {})
@@ -237,15 +248,17 @@ class PaperPipeline:
         segments = max(1, min(self.settings.segments, self.settings.max_steps // self.settings.steps_per_segment))
         for segment in range(segments):
             if stopped():
-                return None
+                return False
             report(segment / segments)
-            alive = self._advance(ask=segment % ALIVE_CHECK == 0 and self.settings.early_termination == "both")
-            if not alive:
+            checked = segment % ALIVE_CHECK == 0
+            if checked:  # the driver queues draws; without this a cancel would wait for all of them
+                self.device.finish()
+            if not self._advance(ask=checked and self.settings.early_termination == "both"):
                 break
             for kind in self.kinds:
                 self._intersect(kind, segment)
             self._terminate(segment, last=segment == segments - 1)
-        return self._read()
+        return True
 
     def _clear(self) -> None:
         self.ends.clear(depth=1.0)
@@ -324,7 +337,7 @@ class PaperPipeline:
     def _read(self) -> TileEnds:
         columns, rows = self.viewport
         color = None
-        if "color" in self.request.outputs:
+        if "color" in self.request.outputs:  # the sky is the last pass
             textures = self.sky_textures | {f"u_end_{name}": texture for name, texture in self.end_textures.items()}
             if self.has_objects:
                 textures["u_color"] = self.end_textures["color"]
