@@ -111,9 +111,9 @@ def solid_angles(size: int) -> np.ndarray:
 
 
 def _shrunk(pixels: np.ndarray, width: int) -> np.ndarray:
-    """The picture averaged over k × k pixels, k the least that divides it and makes it no wider than asked; or itself."""
+    """The picture averaged over k × k pixels, k the least that divides it and brings it to the width; or itself."""
     least = math.ceil(pixels.shape[1] / width)
-    for k in range(least, 2 * least):
+    for k in range(max(least, 2), 2 * least):
         if pixels.shape[0] % k == 0 and pixels.shape[1] % k == 0:
             return pixels.reshape(pixels.shape[0] // k, k, pixels.shape[1] // k, k, -1).mean(axis=(1, 3))
     return pixels
