@@ -1,0 +1,175 @@
+"""Evaluated meshes -> triangles: each mesh is read once, in bulk, and carried into the world once an instance."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..core.scene import Triangles
+from .materials import MaterialTable
+
+NO_AREA = 1e-12  # twice a triangle's area over its longest side squared, below which float64 is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class LocalMesh:
+    """The triangles of one evaluated mesh in its own space.
+
+    positions : float32, (n, 3, 3), metres;  normals : float32, (n, 3, 3), unit;  uvs : float32, (n, 3, 2)
+    slot      : int32, (n,), the material slot
+    vertices  : how many it has, for the mesh without faces
+    uv_map    : the name of the render-active map, whose uvs these are, and all maps' names
+    """
+
+    positions: np.ndarray
+    normals: np.ndarray
+    uvs: np.ndarray
+    slot: np.ndarray
+    vertices: int
+    uv_map: str = ""
+    uv_maps: frozenset[str] = frozenset()
+
+
+class Geometry:
+    """Collects the instances of an export: add() each, then triangles()."""
+
+    def __init__(self, materials: MaterialTable):
+        self.materials = materials
+        self._meshes: dict[int, LocalMesh] = {}
+        self._parts: list[Triangles] = []
+        self._total: Counter[str] = Counter()
+        self._not_finite: Counter[str] = Counter()
+        self._no_area: Counter[str] = Counter()
+        self._warnings: dict[str, None] = {}
+
+    def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+        """One mesh-like instance. Nothing of the instance is kept: Blender reuses it for the next one."""
+        obj = instance.object
+        mesh = self._mesh(obj)
+        if not len(mesh.slot):
+            if obj.original.type == "MESH" and mesh.vertices:
+                self._warnings[f"'{obj.name}' has vertices but no faces, and is not shown."] = None
+            return
+        # Slots past the last one show the last one's material, as in Cycles.
+        slots = [slot.material for slot in obj.material_slots] or [None]
+        used = np.clip(mesh.slot, 0, len(slots) - 1)
+        table = np.zeros(len(slots), np.int32)
+        for slot in np.unique(used):
+            table[slot] = self.materials.index(slots[slot])
+            self._check_uv_maps(obj.name, mesh, table[slot])
+        part, not_finite, no_area = place(
+            mesh, np.array(instance.matrix_world, np.float64), table[used], obj.pass_index
+        )
+        self._total[obj.name] += len(mesh.slot)
+        self._not_finite[obj.name] += not_finite
+        self._no_area[obj.name] += no_area
+        self._parts.append(part)
+
+    def triangles(self) -> Triangles:
+        if not self._parts:
+            return Triangles.empty()
+        names = ("positions", "normals", "uvs", "material_index", "object_index")
+        return Triangles(*(np.concatenate([getattr(part, name) for part in self._parts]) for name in names))
+
+    @property
+    def warnings(self) -> list[str]:
+        counted = [
+            f"'{name}': {count} of {self._total[name]} triangles {fault} and were skipped."
+            for fault, counts in (
+                ("have corners that are not finite", self._not_finite),
+                ("have no area", self._no_area),
+            )
+            for name, count in counts.items()
+            if count
+        ]
+        return list(self._warnings) + counted
+
+    def _mesh(self, obj: bpy.types.Object) -> LocalMesh:
+        key = obj.data.as_pointer()  # evaluated meshes live as long as the depsgraph
+        if key not in self._meshes:
+            mesh = obj.to_mesh()
+            try:
+                self._meshes[key] = read_mesh(mesh)
+            finally:
+                obj.to_mesh_clear()
+        return self._meshes[key]
+
+    def _check_uv_maps(self, name: str, mesh: LocalMesh, material: int) -> None:
+        reading = self.materials.readings[material]
+        for asked in reading.uv_maps & (mesh.uv_maps - {mesh.uv_map}):
+            text = f"'{name}': material '{reading.material.name}' asks for the UV map '{asked}'"
+            self._warnings[f"{text}, but the one for rendering, '{mesh.uv_map}', is used."] = None
+
+
+def read_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
+    """Bulk reads only: the time does not depend on Python's speed."""
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    corners = _read(mesh.loop_triangles, "loops", np.int32, 3 * count)
+    vertex_of_corner = _read(mesh.loops, "vertex_index", np.int32, len(mesh.loops))
+    positions = _read(mesh.vertices, "co", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)
+    normals = _read(mesh.corner_normals, "vector", np.float32, 3 * len(mesh.loops)).reshape(-1, 3)
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    uvs = np.zeros((len(mesh.loops), 2), np.float32)
+    if layer is not None and count:
+        uvs = _read(layer.uv, "vector", np.float32, 2 * len(mesh.loops)).reshape(-1, 2)
+    return LocalMesh(
+        positions[vertex_of_corner[corners]].reshape(count, 3, 3),
+        normals[corners].reshape(count, 3, 3),
+        uvs[corners].reshape(count, 3, 2),
+        _read(mesh.loop_triangles, "material_index", np.int32, count),
+        len(mesh.vertices),
+        layer.name if layer is not None else "",
+        frozenset(layer.name for layer in mesh.uv_layers),
+    )
+
+
+def place(
+    mesh: LocalMesh, world_from_local: np.ndarray, material_index: np.ndarray, object_index: int
+) -> tuple[Triangles, int, int]:
+    """A mesh's triangles in world space, and how many were skipped: not finite, and of no area.
+
+    world_from_local : float64, (4, 4);  material_index : int32, (n,), into Scene.materials
+    A mirroring matrix swaps two corners, so that a triangle's winding keeps agreeing with its normals.
+    """
+    linear = world_from_local[:3, :3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        positions = mesh.positions.astype(np.float64) @ linear.T + world_from_local[:3, 3]
+        # The sides are taken before the shift: far from the origin it would eat their last digits.
+        corners = mesh.positions.astype(np.float64)
+        sides = (corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]) @ linear.T
+        facing = np.cross(sides[:, 0], sides[:, 1])
+        twice_area = np.linalg.norm(facing, axis=1)
+        longest = np.sum(sides**2, axis=2).max(axis=1)
+        finite = np.isfinite(positions).all(axis=(1, 2)) & np.isfinite(longest)
+        good = finite & (twice_area > NO_AREA * longest)
+
+        # The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
+        a, b, c = linear.T
+        mirrored = float(np.dot(np.cross(a, b), c)) < 0.0
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) * (-1.0 if mirrored else 1.0)
+        normals = mesh.normals[good].astype(np.float64) @ cofactors.T
+        lengths = np.linalg.norm(normals, axis=2, keepdims=True)
+        unit = normals / lengths
+        # A corner normal may be zero or not finite where a neighbouring face is bad: the face's own serves.
+        face = (facing[good] / twice_area[good, None] * (-1.0 if mirrored else 1.0))[:, None, :]
+        normals = np.where(np.isfinite(unit).all(axis=2, keepdims=True) & (lengths > 0), unit, face)
+
+    order = [0, 2, 1] if mirrored else [0, 1, 2]
+    triangles = Triangles(
+        positions[good][:, order],
+        normals.astype(np.float32)[:, order],
+        mesh.uvs[good][:, order],
+        material_index[good].astype(np.int32),
+        np.full(int(good.sum()), object_index, np.int32),
+    )
+    return triangles, int((~finite).sum()), int((finite & ~good).sum())
+
+
+def _read(collection, attribute: str, dtype: type, length: int) -> np.ndarray:
+    values = np.empty(length, dtype)
+    collection.foreach_get(attribute, values)
+    return values
