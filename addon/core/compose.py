@@ -13,7 +13,7 @@ from pathlib import Path
 
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
 VERSION = "#version 330 core\n"
-COMMON = ("common/types", "common/status", "common/texels", "common/finite")
+COMMON = ("common/types", "common/status", "common/texels", "common/finite", "common/angles")
 
 
 class ShaderError(RuntimeError):
@@ -27,11 +27,13 @@ class Choice:
     main  : the file of passes/ with main()
     files : the chosen files that define what main() calls, e.g. "models/schwarzschild"
     flags : names for #ifdef
+    generated : (name, text) of functions that are printed instead of read, e.g. an integrator from its tableau
     """
 
     main: str
     files: tuple[str, ...] = ()
     flags: frozenset[str] = frozenset()
+    generated: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,9 @@ class Source:
 def compose(choice: Choice) -> Source:
     """The whole text of a choice. Raises ShaderError where a file is missing."""
     files = (*COMMON, choice.main, *choice.files)
-    parts = [f"#line 1 {number}\n{select(read(file), choice.flags, file)}" for number, file in enumerate(files)]
-    text = VERSION + "\n".join(parts)
-    return Source(text, files, tuple(re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)))
+    texts = [(file, select(read(file), choice.flags, file)) for file in files] + list(choice.generated)
+    text = VERSION + "\n".join(f"#line 1 {number}\n{part}" for number, (_, part) in enumerate(texts))
+    return Source(text, tuple(name for name, _ in texts), tuple(re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)))
 
 
 @cache
@@ -80,6 +82,8 @@ def select(text: str, flags: frozenset[str], file: str = "") -> str:
         word, _, flag = line.strip().partition(" ")
         if word in ("#ifdef", "#ifndef"):
             keep.append((flag.strip() in flags) == (word == "#ifdef"))
+        elif word in ("#else", "#endif") and len(keep) == 1:
+            raise ShaderError(f"shaders/{file}.glsl: #ifdef and #endif do not pair up.")
         elif word == "#else":
             keep[-1] = not keep[-1]
         elif word == "#endif":

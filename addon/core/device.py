@@ -73,6 +73,15 @@ class Device:
         cube.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
         return cube
 
+    def volume(self, data: np.ndarray):
+        """A filtered 3D texture of one channel, clamped at its border. data : float32, (depth, rows, columns, 1)."""
+        depth, rows, columns, _ = data.shape
+        content = np.ascontiguousarray(data, np.float32).tobytes()
+        volume = self.ctx.texture3d((columns, rows, depth), 1, content, dtype="f4")
+        volume.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
+        volume.repeat_x = volume.repeat_y = volume.repeat_z = False
+        return volume
+
     def depth_buffer(self, size: tuple[int, int]):
         return self.ctx.depth_renderbuffer(size)
 

@@ -7,10 +7,12 @@ Colours are scene-linear (Rec. 709 primaries unless the scene's OCIO configurati
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .models import Model
+if TYPE_CHECKING:
+    from .models import Model
 
 EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")  # Blender's names, in the order the shaders number them
 INTERPOLATIONS = ("LINEAR", "CLOSEST")

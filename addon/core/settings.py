@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 PIPELINES = ("paper",)
-INTEGRATORS = ("euler",)
-STEP_CONTROLS = ("constant", "doubling")
+INTEGRATORS = ("euler", "verlet", "runge_kutta_4", "bogacki_shampine_32", "dormand_prince_54")
+WITH_ERROR_ESTIMATE = ("bogacki_shampine_32", "dormand_prince_54")
+STEP_CONTROLS = ("constant", "doubling", "embedded")
 OBSERVERS = ("chart", "static")
 EARLY_TERMINATIONS = ("both", "hits", "bounds", "off")
 FAILED_RAYS = ("environment", "marker")
@@ -35,11 +36,13 @@ class Settings:
 
     pipeline            one of PIPELINES
     integrator          one of INTEGRATORS
-    step_control        "constant", or "doubling": the paper's step doubling with two thresholds (Section 4.2)
+    step_control        "constant"; "doubling": the paper's step doubling with two thresholds (Section 4.2); "embedded":
+                        PI control of every step by the integrator's own error estimate (WITH_ERROR_ESTIMATE)
     observer            "chart": directions are taken in the chart, as the paper does;
                         "static": in the frame of an observer at rest
     step                h, the step of τ (the first one where steps adapt); None lets the model choose
-    tolerance           angle, radians, that a segment may be wrong by before its step is halved ("doubling")
+    tolerance           angle, radians: what a segment ("doubling") or a step ("embedded") may be wrong by
+    chord_angle         angle, radians, that a ray may turn by within one chord ("embedded")
     max_steps           steps a ray may take
     segments            n_segs: chords a ray may take
     steps_per_segment   n_integration: steps between two chords
@@ -59,6 +62,7 @@ class Settings:
     observer: str = "chart"
     step: float | None = None
     tolerance: float = 1e-3
+    chord_angle: float = 0.1
     max_steps: int = 100_000
     segments: int = 500
     steps_per_segment: int = 10
@@ -82,6 +86,8 @@ class Settings:
         _one_of("early_termination", self.early_termination, EARLY_TERMINATIONS)
         _one_of("failed_rays", self.failed_rays, FAILED_RAYS)
         _one_of("ray_bits", self.ray_bits, (16, 32))
+        if not self.passes:
+            raise SettingsError(f"Setting 'passes' is (), but must hold one or more of {PASSES}. Choose one of them.")
         for name in self.passes:
             _one_of("passes", name, PASSES)
         if self.step is not None:
@@ -89,6 +95,12 @@ class Settings:
         if self.escape_radius is not None:
             _in_range("escape_radius", self.escape_radius, 1e-9, 1e12)
         _in_range("tolerance", self.tolerance, 1e-9, math.pi)
+        _in_range("chord_angle", self.chord_angle, 1e-4, 1.0)
+        if self.step_control == "embedded" and self.integrator not in WITH_ERROR_ESTIMATE:
+            raise SettingsError(
+                f"Setting 'step_control' is 'embedded', but integrator '{self.integrator}' has no error estimate. "
+                f"Choose one of {WITH_ERROR_ESTIMATE}, or another step control."
+            )
         _whole("max_steps", self.max_steps, 1, 10_000_000)
         _whole("segments", self.segments, 1, 1_000_000)
         _whole("steps_per_segment", self.steps_per_segment, 1, 1000)
@@ -103,7 +115,8 @@ def _one_of(name: str, value, choices: tuple) -> None:
 
 
 def _in_range(name: str, value: float, low: float, high: float) -> None:
-    if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (number and math.isfinite(value) and low <= value <= high):
         raise SettingsError(f"Setting '{name}' is {value!r}, but must lie in [{low:g}, {high:g}]. Change it.")
 
 

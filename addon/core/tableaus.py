@@ -51,13 +51,15 @@ class Tableau:
         return self.a[-1] == self.b[:-1] and self.b[-1] == 0
 
     def _check(self, b: tuple[Fraction, ...], order: int) -> None:
-        """The order conditions, one for each rooted tree of up to `order` (at most 5) nodes: Hairer, Norsett and Wanner,
-        Solving Ordinary Differential Equations I, Section II.2.
+        """The order conditions, one for each rooted tree of up to `order` nodes: Hairer, Norsett and Wanner, Solving
+        Ordinary Differential Equations I, Section II.2.
         """
         for tree in trees(order):
             weight = sum((b_i * phi for b_i, phi in zip(b, self._elementary(tree), strict=True)), Fraction(0))
             if weight != Fraction(1, density(tree)):
-                raise TableauError(f"{self.name}: the order condition of tree {tree} fails; it is not of order {order}.")
+                raise TableauError(
+                    f"{self.name}: the order condition of tree {tree} fails; it is not of order {order}."
+                )
 
     def _elementary(self, tree: tuple) -> list[Fraction]:
         """For every stage i: the product over the root's branches of sum_j A_ij phi_j(branch)."""
@@ -74,7 +76,6 @@ class Tableau:
             f"// Provides {self.name}: order {self.order}, {self.stages} stages. Printed by addon/core/tableaus.py.",
             "",
             "RayState rhs(RayState s);  // d/dtau of the state",
-            "float angular_difference(RayState before, RayState a, RayState b);",
             "",
             "Step advance(RayState s, float h) {",
             "    RayState k1 = rhs(s);",
@@ -89,8 +90,7 @@ class Tableau:
         else:
             off = [b - e for b, e in zip(self.b, self.embedded, strict=True)]
             x, v = (_combination(off, part) for part in "xv")
-            lines.append(f"    RayState other = RayState(after.x - h * ({x}), after.v - h * ({v}));")
-            lines.append("    return Step(after, angular_difference(s, after, other));")
+            lines.append(f"    return Step(after, angular_error(s, after, h * ({x}), h * ({v})));")
         return "\n".join([*lines, "}", ""])
 
 
@@ -106,7 +106,10 @@ def _forests(nodes: int, known: dict[int, list[tuple]]) -> list[tuple]:
     if nodes == 0:
         return [()]
     return [
-        (tree, *rest) for first in range(1, nodes + 1) for tree in known[first] for rest in _forests(nodes - first, known)
+        (tree, *rest)
+        for first in range(1, nodes + 1)
+        for tree in known[first]
+        for rest in _forests(nodes - first, known)
     ]
 
 

@@ -8,7 +8,7 @@ digits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -49,7 +49,8 @@ def pack(scene: Scene, *, groups: bool = True) -> Packed:
 
     groups : sort the triangles in space and bound every GROUP_SIZE of them by a sphere
     """
-    triangles, warnings = _finite_triangles(scene.triangles)
+    triangles, triangle_warnings = _usable_triangles(scene.triangles)
+    spheres, sphere_warnings = _usable_spheres(scene.spheres)
     arrays: dict[str, np.ndarray] = {}
     radius = 0.0
     if len(triangles):
@@ -59,8 +60,8 @@ def pack(scene: Scene, *, groups: bool = True) -> Packed:
         arrays["u_triangles"], arrays["u_corners"] = pack_triangles(triangles, corners, scene, order)
         if groups:
             arrays["u_triangle_groups"] = folded(group_spheres(corners[order]))
-    if len(scene.spheres):
-        arrays["u_spheres"], reach = pack_spheres(scene.spheres, scene)
+    if len(spheres):
+        arrays["u_spheres"], reach = pack_spheres(spheres, scene)
         radius = max(radius, reach)
     lights = lit(scene)
     if arrays:
@@ -69,7 +70,8 @@ def pack(scene: Scene, *, groups: bool = True) -> Packed:
             arrays["u_lights"] = pack_lights(lights, scene)
         if images_used(scene):
             arrays["u_image_table"], arrays["u_image_texels"] = pack_images(scene)
-    return Packed(arrays, len(triangles), len(scene.spheres), len(lights), radius, warnings)
+    warnings = (*triangle_warnings, *sphere_warnings)
+    return Packed(arrays, len(triangles), len(spheres), len(lights), radius, warnings)
 
 
 def lit(scene: Scene) -> tuple[Light, ...]:
@@ -82,18 +84,23 @@ def images_used(scene: Scene) -> bool:
     return bool(scene.images) and any(m.base_image is not None or m.emission_image is not None for m in scene.materials)
 
 
-def _finite_triangles(triangles: Triangles) -> tuple[Triangles, tuple[str, ...]]:
-    finite = np.isfinite(triangles.positions).all(axis=(1, 2))
-    if finite.all():
+def _usable_triangles(triangles: Triangles) -> tuple[Triangles, tuple[str, ...]]:
+    corners = (triangles.positions, triangles.normals, triangles.uvs)
+    usable = np.all([np.isfinite(values).all(axis=(1, 2)) for values in corners], axis=0)
+    if usable.all():
         return triangles, ()
-    kept = Triangles(
-        triangles.positions[finite],
-        triangles.normals[finite],
-        triangles.uvs[finite],
-        triangles.material_index[finite],
-        triangles.object_index[finite],
-    )
-    return kept, (f"{np.sum(~finite)} of {len(finite)} triangles have corners that are not numbers and were skipped.",)
+    kept = Triangles(*(getattr(triangles, field.name)[usable] for field in fields(Triangles)))
+    return kept, (f"{np.sum(~usable)} of {len(usable)} triangles have corners that are not numbers and were skipped.",)
+
+
+def _usable_spheres(spheres: Spheres) -> tuple[Spheres, tuple[str, ...]]:
+    finite = np.isfinite(spheres.centres).all(axis=1) & np.isfinite(spheres.axes).all(axis=(1, 2))
+    usable = finite & np.isfinite(spheres.radii) & (spheres.radii > 0)
+    if usable.all():
+        return spheres, ()
+    kept = Spheres(*(getattr(spheres, field.name)[usable] for field in fields(Spheres)))
+    count = np.sum(~usable)
+    return kept, (f"{count} of {len(usable)} spheres have no positive radius or no place and were skipped.",)
 
 
 def spatial_order(points: np.ndarray) -> np.ndarray:
@@ -175,6 +182,6 @@ def pack_images(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         height, width, _ = image.pixels.shape
         code = EXTENSIONS.index(image.extension) + 4 * INTERPOLATIONS.index(image.interpolation)
         table.append((row, width, height, code))
-        blocks.append(folded(image.pixels.reshape(-1, 4)))
+        blocks.append(folded(np.nan_to_num(image.pixels.reshape(-1, 4))))  # EXR files may hold NaN and infinity
         row += len(blocks[-1])
     return folded(np.array(table, np.float32)), np.concatenate(blocks)

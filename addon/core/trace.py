@@ -14,10 +14,11 @@ from . import device as gpu
 from .frame import Frame, Statistics
 from .models import Model
 from .pipelines.paper import PaperPipeline
-from .pipelines.tile import Request, Stopwatch, TileEnds
+from .pipelines.tile import IntegratorShader, ModelShader, Request, Stopwatch, TileEnds
 from .scene import Camera, Scene, SceneError
 from .settings import PASS_CHANNELS, Settings, SettingsError
 from .status import Status
+from .tableaus import TABLEAUS
 from .textures import Packed, pack
 
 TILE = 256  # pixels a side: small enough for short draws, large enough to keep a GPU busy
@@ -145,7 +146,7 @@ def trace_rays(
     camera = Camera(np.eye(4), (-1, 1, -1, 1), columns, rows)
     scene = Scene(camera, model) if scene is None else replace(scene, camera=camera, model=model)
     folded = [_folded(rays, rows, columns) for rays in (positions, directions)]
-    asked = {"steps", "drift"} | ({"error"} if settings.step_control == "doubling" else set())
+    asked = {"steps", "drift"} | ({"error"} if settings.step_control != "constant" else set())
     packed = pack(scene, groups=settings.cull_batches)
     reach = float(np.linalg.norm(positions, axis=1).max())
     request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
@@ -222,8 +223,10 @@ def make_request(
         step = 1.01 * (reach + radius)
         if scene.camera.kind == "ORTHOGRAPHIC":
             step += 2.0 * _window_reach(scene)
-        settings = replace(settings, step_control="constant", segments=1, steps_per_segment=1, max_steps=1)
-    values: dict[str, object] = {f"u_{name}": value for name, value in model.values.items()}
+        settings = replace(
+            settings, integrator="euler", step_control="constant", segments=1, steps_per_segment=1, max_steps=1
+        )
+    values: dict[str, object] = dict(model.uniforms())
     values |= camera
     values["u_ambient"] = tuple(scene.ambient)
     values["u_light_count"] = packed.light_count
@@ -233,7 +236,8 @@ def make_request(
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
-        model=model.name,
+        model=ModelShader(model.shader_files(), model.flags(), model.generated(), model.textures()),
+        integrator=integrator_shader(model.own_integrator() or settings.integrator),
         observer=observer,
         packed=packed,
         cube=scene.environment.faces if "color" in outputs else None,
@@ -243,6 +247,15 @@ def make_request(
         outputs=outputs,
         rays=rays,
     )
+
+
+def integrator_shader(name: str) -> IntegratorShader:
+    """Files for the simple methods, printed text for the tableaus."""
+    tableau = TABLEAUS.get(name)
+    if tableau is None:
+        return IntegratorShader(files=(f"integrators/{name}",))
+    order = 0 if tableau.embedded is None else tableau.embedded_order + 1
+    return IntegratorShader(generated=((f"integrators/{name}", tableau.as_glsl()),), error_order=order)
 
 
 def camera_uniforms(scene: Scene) -> dict[str, object]:

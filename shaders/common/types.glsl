@@ -8,6 +8,7 @@ struct RayState {
 
 struct Step {
     RayState state;  // after the step
+    float error;     // the method's own estimate of the step's error, radians; 0 where it has none
 };
 
 struct Segment {

@@ -4,5 +4,5 @@ RayState rhs(RayState s);  // d/dtau of the state
 
 Step advance(RayState s, float h) {
     RayState derivative = rhs(s);
-    return Step(RayState(s.x + h * derivative.x, s.v + h * derivative.v));
+    return Step(RayState(s.x + h * derivative.x, s.v + h * derivative.v), 0.0);
 }

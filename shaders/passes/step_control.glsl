@@ -17,18 +17,11 @@ uniform float u_smallest_step;
 
 out vec4 out_x;
 out vec4 out_v;
-#ifdef ERROR_PASS
-uniform sampler2D u_error;  // summed estimate so far
-out vec4 out_error;
+#ifdef EFFORT
+uniform sampler2D u_effort;
+uniform float u_steps_a_segment;
+out vec4 out_effort;  // summed error estimate, steps
 #endif
-
-// The larger of the two angles, radians, by which the results differ: between the directions, and of the end points
-// seen from the segment's beginning.
-float difference(vec3 start, RayState full, RayState half_steps) {
-    float turned = length(normalize(full.v) - normalize(half_steps.v));
-    float shifted = length(full.x - half_steps.x) / max(length(half_steps.x - start), 1e-30);
-    return max(turned, shifted);
-}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -38,18 +31,19 @@ void main() {
     RayState full = RayState(texelFetch(u_full_x, pixel, 0).xyz, texelFetch(u_full_v, pixel, 0).xyz);
     RayState half_steps = RayState(half_x.xyz, texelFetch(u_half_v, pixel, 0).xyz);
 
+    RayState start = RayState(x.xyz, v.xyz);
     // Where both results lie in the absorbing region, how far they got in it means nothing.
-    float error = absorbed(full) && absorbed(half_steps) ? 0.0 : difference(x.xyz, full, half_steps);
+    float error = absorbed(full) && absorbed(half_steps) ? 0.0 : angular_error(start, half_steps, full.x - half_steps.x, full.v - half_steps.v);
     float h = next_step(v.w, error);
     bool stands = accepted(error);
     // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
     if (!stands && h < u_smallest_step) h = -h;
 
-    RayState s = RayState(x.xyz, v.xyz);
+    RayState s = start;
     if (stands) s = half_steps;
     out_x = vec4(s.x, stands ? half_x.w : x.w);
     out_v = vec4(s.v, min(h, longest_step(s)));
-#ifdef ERROR_PASS
-    out_error = texelFetch(u_error, pixel, 0) + vec4(stands ? error : 0.0);
+#ifdef EFFORT
+    out_effort = texelFetch(u_effort, pixel, 0) + vec4(stands ? error : 0.0, u_steps_a_segment, 0.0, 0.0);
 #endif
 }

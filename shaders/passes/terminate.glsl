@@ -17,7 +17,6 @@ uniform sampler2D u_x;
 uniform sampler2D u_v;
 uniform float u_segment;
 uniform bool u_last_segment;
-uniform float u_steps_taken;
 
 out vec4 out_x;  // where it ended, tau
 out vec4 out_v;  // v there, status
@@ -33,8 +32,10 @@ out vec4 out_surface;
 #ifdef TALLY
 out vec4 out_tally;  // depth, steps, error estimate, drift of the invariants
 #endif
-#ifdef ERROR_PASS
-uniform sampler2D u_error;
+#ifdef EFFORT
+uniform sampler2D u_effort;  // summed error estimate, steps
+#else
+uniform float u_steps_taken;
 #endif
 
 void main() {
@@ -73,10 +74,11 @@ void main() {
     out_surface = status == HIT ? texelFetch(u_surface, pixel, 0) : vec4(0.0);
 #endif
 #ifdef TALLY
-    float error = 0.0;
     float drift = 0.0;
-#ifdef ERROR_PASS
-    error = texelFetch(u_error, pixel, 0).x;
+#ifdef EFFORT
+    vec2 effort = texelFetch(u_effort, pixel, 0).xy;
+#else
+    vec2 effort = vec2(0.0, u_steps_taken);
 #endif
 #ifdef DRIFT
     vec3 origin, direction;
@@ -88,6 +90,6 @@ void main() {
         / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
     if (!(drift < 3.0e38)) drift = 3.0e38;
 #endif
-    out_tally = vec4(min(depth, u_segment + 1.0), u_steps_taken, error, drift);
+    out_tally = vec4(min(depth, u_segment + 1.0), effort.y, effort.x, drift);
 #endif
 }

@@ -6,9 +6,9 @@ import importlib
 import pkgutil
 
 from .base import Model, ParameterError
-from .parameter import Parameter
+from .parameter import Option, Parameter, Text
 
-__all__ = ["MODELS", "Model", "Parameter", "ParameterError"]
+__all__ = ["MODELS", "Model", "Option", "Parameter", "ParameterError", "Text"]
 
 
 def _found() -> dict[str, type[Model]]:

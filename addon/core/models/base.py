@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .parameter import Parameter
+from .parameter import Option, Parameter, Text
 
 
 class ParameterError(ValueError):
@@ -17,6 +17,8 @@ class Model:
     """dx/dτ = v, dv/dτ = f(x, v): Eq. (1) of the paper.
 
     The float64 right-hand side here is written from the equation, not from the GLSL: each checks the other.
+    Values are numbers (parameters: uniforms, so that changing one compiles nothing), options (which shader files) and
+    texts (formulas, printed as GLSL); all are attributes by their name.
     """
 
     name: ClassVar[str]  # key in MODELS; the GLSL is shaders/models/<name>.glsl
@@ -24,29 +26,51 @@ class Model:
     description: ClassVar[str]
     menu_order: ClassVar[int] = 100
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    options: ClassVar[tuple[Option, ...]] = ()
+    texts: ClassVar[tuple[Text, ...]] = ()
+    extras: ClassVar[tuple[str, ...]] = ()  # names of array arguments, e.g. centres: see the model
     observers: ClassVar[tuple[str, ...]] = ("chart", "static")
     curved: ClassVar[bool] = True  # False: rays are straight and nothing is integrated
     has_static_frame: ClassVar[bool] = False  # the GLSL defines static_frame(): space itself is curved
 
-    def __init__(self, **values: float):
-        known = {parameter.name for parameter in self.parameters}
+    def __init__(self, **values):
+        named = {entry.name: entry for entry in (*self.parameters, *self.options, *self.texts)}
         for name in values:
-            if name not in known:
-                raise ParameterError(f"Model '{self.name}' has no parameter '{name}'. It has: {sorted(known)}.")
+            if name not in named and name not in self.extras:
+                known = sorted([*named, *self.extras])
+                raise ParameterError(f"Model '{self.name}' has no parameter '{name}'. It has: {known}.")
         try:
-            self.values = {p.name: p.check(values.get(p.name, p.default)) for p in self.parameters}
+            self.values = {name: entry.check(values.get(name, entry.default)) for name, entry in named.items()}
         except ValueError as error:
             raise ParameterError(f"Model '{self.name}': {error}") from None
+        self.values |= {name: values.get(name) for name in self.extras}
+        self.prepare()
 
-    def __getattr__(self, name: str) -> float:
+    def __getattr__(self, name: str):
         try:
             return self.__dict__["values"][name]
         except KeyError:
             raise AttributeError(f"{type(self).__name__} has no attribute '{name}'") from None
 
+    def prepare(self) -> None:
+        """Check what concerns several values, and derive what the other methods need. Raises ParameterError."""
+
+    # The equation
+
     def rhs(self, states: np.ndarray) -> np.ndarray:
         """d/dτ of (x, v). states : float64, (n, 6) -> float64, (n, 6)."""
         raise NotImplementedError
+
+    def initial_states(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """positions, unit directions in the chart : float64, (n, 3) -> float64, (n, 6), the first state."""
+        return np.concatenate([positions, directions], axis=1)
+
+    def ray_directions(self, states: np.ndarray) -> np.ndarray:
+        """states : float64, (n, 6) -> float64, (n, 3), unit."""
+        v = self.rhs(states)[:, :3]
+        return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+    # Its scales
 
     def default_step(self) -> float:
         """A constant step of τ, model lengths, that is accurate to about a pixel."""
@@ -58,4 +82,30 @@ class Model:
 
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
         """Why this observer cannot exist at this position ((3,), model space); None where it can."""
+        return None
+
+    # Its shader
+
+    def shader_files(self) -> tuple[str, ...]:
+        """Files of shaders/ that define the model's functions."""
+        return (f"models/{self.name}",)
+
+    def flags(self) -> frozenset[str]:
+        """Names for #ifdef in these files."""
+        return frozenset()
+
+    def generated(self) -> tuple[tuple[str, str], ...]:
+        """(name, GLSL) of functions that are printed, e.g. from a formula."""
+        return ()
+
+    def uniforms(self) -> dict[str, object]:
+        """Uniform name -> value: u_<parameter> for every number."""
+        return {f"u_{parameter.name}": self.values[parameter.name] for parameter in self.parameters}
+
+    def textures(self) -> dict[str, np.ndarray]:
+        """Sampler name -> float32, (rows, columns, 4) for texelFetch, or (depth, rows, columns, 1) for a volume."""
+        return {}
+
+    def own_integrator(self) -> str | None:
+        """A file of shaders/integrators instead of the user's choice, e.g. for Snell stepping, or None."""
         return None

@@ -14,9 +14,12 @@ termination is on, the early z test then keeps every other pass from it.
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..compose import Choice
 from ..device import Device, read
@@ -82,7 +85,7 @@ class PaperPipeline:
         self.watch = watch
         self.device, self.request, self.settings = device, request, request.settings
         self.tile = tile
-        self.adaptive = self.settings.step_control == "doubling"
+        self.doubling = self.settings.step_control == "doubling"
         self._choose_programs()
         with watch.stage("compile"):
             for choice in self.choices():
@@ -97,34 +100,42 @@ class PaperPipeline:
 
     def _choose_programs(self) -> None:
         request, packed, asked = self.request, self.request.packed, self.request.outputs
-        model, camera = f"models/{request.model}", f"camera/{request.camera}"
-        observer = (f"observers/{request.observer}",)
+        camera, observer = f"camera/{request.camera}", f"observers/{request.observer}"
         self.has_objects = bool(packed.triangle_count or packed.sphere_count)
         flags = set()
         if self.has_objects:
             flags.add("GEOMETRY")
             if "surface" in asked:
                 flags.add("SURFACE_PASSES")
-        if "error" in asked:
-            flags.add("ERROR_PASS")
+        if self.settings.step_control != "constant" and asked & {"steps", "error"}:
+            flags.add("EFFORT")
+        if self.settings.step_control == "embedded":
+            flags.add("EMBEDDED")
         if asked & {"depth", "steps", "error", "drift"}:
             flags.add("TALLY")
         if "drift" in asked:
             flags.add("DRIFT")
         self.flags = frozenset(flags)
 
-        self.setup = Choice("passes/ray_setup", (camera, *observer, model))
-        self.integrate = Choice("passes/integrate", (f"integrators/{self.settings.integrator}", model))
-        self.step_control = Choice(
-            "passes/step_control", (f"step_control/{self.settings.step_control}", model), self.flags & {"ERROR_PASS"}
-        )
-        from_start = (camera, *observer) if "DRIFT" in flags else ()
-        ending = self.flags & {"GEOMETRY", "SURFACE_PASSES", "TALLY", "DRIFT", "ERROR_PASS"}
-        self.terminate = Choice("passes/terminate", (model, "common/bounds", *from_start), ending)
+        self.setup = self._with_model("passes/ray_setup", camera, observer)
+        control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
+        inside = control if "EMBEDDED" in flags else ()
+        # Step doubling writes down the effort in its own pass, after both integrations.
+        noted = flags & {"EMBEDDED", "EFFORT"} if inside else set()
+        self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
+        self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
+        self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT"})
+        from_start = (camera, observer) if "DRIFT" in flags else ()
+        self.terminate = self._with_model("passes/terminate", "common/bounds", *from_start, flags=flags)
         self.cull = Choice("passes/cull")
         sky = "environment/cube" if request.cube is not None else "environment/constant"
-        self.sky = Choice("passes/sky", (sky, model), self.flags & {"GEOMETRY"})
+        self.sky = self._with_model("passes/sky", sky, flags=flags & {"GEOMETRY"})
         self.kinds = self._kinds()
+
+    def _with_model(self, main: str, *files: str, flags: Set[str] = frozenset()) -> Choice:
+        """A program that calls the model's functions."""
+        model = self.request.model
+        return Choice(main, (*files, *model.files), frozenset(flags) | model.flags, model.generated)
 
     def _kinds(self) -> list[Kind]:
         packed = self.request.packed
@@ -148,7 +159,7 @@ class PaperPipeline:
     def choices(self) -> list[Choice]:
         """Every program of this frame; the compiler is called for these and no others."""
         choices = [self.setup, self.integrate, self.terminate, *(kind.choice for kind in self.kinds)]
-        if self.adaptive:
+        if self.doubling:
             choices.append(self.step_control)
         if self.settings.early_termination in ("hits", "bounds"):
             choices.append(self.cull)
@@ -165,11 +176,18 @@ class PaperPipeline:
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if dtype == "f2" else array
             rows, columns, _ = data.shape
             self.scene_textures[name] = self.device.texture((columns, rows), data, dtype)
+        self.model_textures = {name: self._model_texture(data) for name, data in self.request.model.textures.items()}
         self.camera_textures = {}
         if self.request.rays is not None:
             for name, data in zip(("u_given_origins", "u_given_directions"), self.request.rays, strict=True):
                 self.camera_textures[name] = self.device.texture((data.shape[1], data.shape[0]), data)
         self.sky_textures = {"u_sky": self.device.cube(self.request.cube)} if self.request.cube is not None else {}
+
+    def _model_texture(self, data: np.ndarray):
+        """(rows, columns, 4) is a table of texels, (depth, rows, columns) a filtered volume."""
+        if data.ndim == 4:
+            return self.device.volume(data)
+        return self.device.texture((data.shape[1], data.shape[0]), data)
 
     @property
     def uploaded_bytes(self) -> int:
@@ -186,11 +204,11 @@ class PaperPipeline:
 
         ray_type = "f2" if self.settings.ray_bits == 16 else "f4"
         ray = {"x": 4, "v": 4}
-        with_error = ray | ({"error": 1} if "ERROR_PASS" in self.flags else {})
-        self.rays = Pair(device, size, with_error, ray_type, tested)
-        # Ray setup and the integrations of the adaptive scheme write x and v only.
+        effort = {"effort": 2} if "EFFORT" in self.flags else {}
+        self.rays = Pair(device, size, ray | effort, ray_type, tested)
+        # Ray setup and the integrations of step doubling write x and v only.
         self.setup_target = device.target({name: self.rays.before[name] for name in ray})
-        if self.adaptive:
+        if self.doubling:
             results = ("full_x", "full_v"), ("half_x", "half_v")
             self.results = {name: device.texture(size, dtype=ray_type) for pair in results for name in pair}
             self.full, self.half = (
@@ -211,7 +229,9 @@ class PaperPipeline:
 
     def _draw(self, choice: Choice, target, textures: dict, uniforms: dict, z: float = 0.5, write_depth=False) -> None:
         target.begin(self.viewport, write_depth)
-        self.device.program(choice).draw(target, textures, self.values | uniforms | {"u_quad_depth": z})
+        self.device.program(choice).draw(
+            target, self.model_textures | textures, self.values | uniforms | {"u_quad_depth": z}
+        )
 
     def trace(
         self,
@@ -225,12 +245,15 @@ class PaperPipeline:
         report(fraction) as it goes on; None where stopped() said so.
         """
         self.viewport = (columns, rows)
-        self.values = self.request.uniforms | {
+        request = self.request
+        self.values = request.uniforms | {
             "u_pixel_offset": pixel_offset,
-            "u_step": self.request.first_step,
-            "u_smallest_step": 1e-6 * self.request.first_step,
+            "u_step": request.first_step,
+            "u_smallest_step": 1e-6 * request.first_step,
             "u_tolerance": self.settings.tolerance,
-            "u_escape_radius": self.request.escape_radius,
+            "u_chord_cosine": math.cos(self.settings.chord_angle),
+            "u_error_order": float(request.integrator.error_order),
+            "u_escape_radius": request.escape_radius,
         }
         with self.watch.stage("trace"):
             if not self._trace(report, stopped):
@@ -272,7 +295,7 @@ class PaperPipeline:
     def _advance(self, ask: bool) -> bool:
         """One segment for every ray. False where asked and no ray is left."""
         steps = self.settings.steps_per_segment
-        target = self.full if self.adaptive else self.rays.write
+        target = self.full if self.doubling else self.rays.write
         textures = self.rays.read()
         uniforms = {"u_steps": steps, "u_step_factor": 1.0}
         if ask:
@@ -283,10 +306,11 @@ class PaperPipeline:
                 return False
         else:
             self._draw(self.integrate, target, textures, uniforms)
-        if self.adaptive:
+        if self.doubling:
             self._draw(self.integrate, self.half, textures, {"u_steps": 2 * steps, "u_step_factor": 0.5})
             both = {f"u_{name}": texture for name, texture in self.results.items()}
-            self._draw(self.step_control, self.rays.write, textures | both, {})
+            evaluated = {"u_steps_a_segment": float(3 * steps)}  # n steps of h and 2 n of h/2
+            self._draw(self.step_control, self.rays.write, textures | both, evaluated)
         self.rays.swap()
         return True
 
@@ -319,11 +343,10 @@ class PaperPipeline:
         return self._batches[kind.choice]
 
     def _terminate(self, segment: int, last: bool) -> None:
-        evaluations = 3 if self.adaptive else 1  # n steps of h and 2 n of h/2
         uniforms = {
             "u_segment": float(segment),
             "u_last_segment": last,
-            "u_steps_taken": float((segment + 1) * self.settings.steps_per_segment * evaluations),
+            "u_steps_taken": float((segment + 1) * self.settings.steps_per_segment),
         }
         textures = self.rays.read() | {"u_x_before": self.rays.before["x"]} | self.camera_textures
         if self.has_objects:

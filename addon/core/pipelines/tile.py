@@ -29,11 +29,31 @@ class Stopwatch:
 
 
 @dataclass(frozen=True, eq=False)
+class ModelShader:
+    """What a model adds to the programs: files of shaders/, flags for their #ifdef, printed functions, and textures,
+    (rows, columns, 4) for texelFetch or (depth, rows, columns, 1) for a filtered volume.
+    """
+
+    files: tuple[str, ...]
+    flags: frozenset[str] = frozenset()
+    generated: tuple[tuple[str, str], ...] = ()
+    textures: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class IntegratorShader:
+    """advance(): a file of shaders/integrators or a printed tableau. error_order : of its error estimate, or 0."""
+
+    files: tuple[str, ...] = ()
+    generated: tuple[tuple[str, str], ...] = ()
+    error_order: int = 0
+
+
+@dataclass(frozen=True, eq=False)
 class Request:
     """Everything a pipeline needs to make its programs, beside the settings.
 
     camera          "perspective", "orthographic" or "given"
-    model           name of the model, e.g. "schwarzschild"
     observer        file of observers/
     packed          the scene's textures
     cube            float32, (6, size, size, 3), or None
@@ -45,7 +65,8 @@ class Request:
 
     settings: Settings
     camera: str
-    model: str
+    model: ModelShader
+    integrator: IntegratorShader
     observer: str
     packed: Packed
     cube: np.ndarray | None

@@ -1,0 +1,9 @@
+// Provides the measure of errors: an angle in radians, so that it can be held against the size of a pixel.
+
+// What errors dx and dv at the end of a step mean: the angle that they turn the ray by, or that dx is seen under from the
+// model's centre. Both are free of the rounding that a difference of two nearly equal points would carry.
+float angular_error(RayState before, RayState after, vec3 dx, vec3 dv) {
+    float turned = length(dv) / max(length(after.v), 1e-30);
+    float shifted = length(dx) / max(max(length(after.x), length(after.x - before.x)), 1e-30);
+    return max(turned, shifted);
+}

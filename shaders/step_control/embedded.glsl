@@ -1,0 +1,27 @@
+// Provides PI control of the step size from an embedded error estimate: Gustafsson 1991; Hairer and Wanner, Solving
+// Ordinary Differential Equations II, Section IV.2. The exponents are for the order of the estimate, q:
+//
+//     h' = h * safety * (tolerance / error)^(0.7/q) * (error before / tolerance)^(0.4/q)
+
+uniform float u_tolerance;     // radians a step
+uniform float u_error_order;   // q
+
+const float SAFETY = 0.9;
+const float LARGEST_GROWTH = 5.0;
+const float LARGEST_CUT = 0.2;
+
+bool accepted(float error) {
+    return error <= u_tolerance;  // false for NaN, too
+}
+
+float first_error() {
+    return u_tolerance;
+}
+
+float adapted_step(float h, float error, float error_before) {
+    if (!(error < 3.0e38)) return LARGEST_CUT * h;
+    float now = u_tolerance / max(error, 1e-6 * u_tolerance);
+    if (!accepted(error)) return h * max(SAFETY * pow(now, 1.0 / u_error_order), LARGEST_CUT);
+    float before = max(error_before, 1e-6 * u_tolerance) / u_tolerance;
+    return h * clamp(SAFETY * pow(now, 0.7 / u_error_order) * pow(before, 0.4 / u_error_order), LARGEST_CUT, LARGEST_GROWTH);
+}
