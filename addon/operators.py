@@ -1,0 +1,221 @@
+"""What the buttons do; the work is done by capture, job, image and export."""
+
+import bpy
+from bpy.types import Operator
+
+from . import capture, image
+from .core.status import advice
+from .export import bake_world
+from .job import Button, Job, Report
+from .show import show_image
+
+TICK = 0.1  # seconds between two looks at the job
+SHOWN_AREAS = {"VIEW_3D", "PROPERTIES"}
+
+
+class NONLINEAR_RAYS_OT_render(Operator):
+    """Render the current frame along curved light rays into the image "Nonlinear Rays". Esc cancels"""
+
+    bl_idname = "nonlinear_rays.render"
+    bl_label = "Render"
+    # A step of its own, so that undoing what comes later does not remove the image.
+    bl_options = {"UNDO"}
+
+    _job = None
+    _timer = None
+
+    @classmethod
+    def poll(cls, context):
+        if Button.job is not None:
+            cls.poll_message_set("A picture is being rendered. Wait for it, or cancel it.")
+            return False
+        return context.scene is not None
+
+    def execute(self, context):
+        """From scripts: returns when the picture is there."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        self._job.wait()
+        return self._finish(context)
+
+    def invoke(self, context, _event):
+        if not self._start(context):
+            return {"CANCELLED"}
+        Button.job = self._job
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if self._job.done:
+            self._leave(context)
+            return self._finish(context)
+        if event.type == "ESC" and event.value == "PRESS":
+            self._job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type == "TIMER":
+            context.workspace.status_text_set(f"Nonlinear Rays: {self._job.text}. Esc cancels.")
+            redraw(context)
+        return {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        """Blender is closing or opens another file."""
+        self._job.cancel()
+        self._leave(context)
+
+    def _start(self, context) -> bool:
+        try:
+            self._job = Job(*capture.capture(context.scene, context.view_layer))
+        except Exception as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        return True
+
+    def _leave(self, context) -> None:
+        Button.job = None
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        redraw(context)
+
+    def _finish(self, context):
+        job = self._job
+        if job.was_cancelled:
+            self.report({"INFO"}, "Cancelled; the last picture is kept.")
+            return {"CANCELLED"}
+        if job.error is not None:
+            self.report({"ERROR"}, str(job.error))
+            return {"CANCELLED"}
+        frame = job.frame
+        Button.last = Report(frame.statistics, frame.warnings)
+        shown = image.show_frame(frame)
+        if not bpy.app.background:
+            show_image(context, shown)
+        for sentence in [*frame.warnings, *advice(frame.statistics.rays)]:
+            self.report({"WARNING"}, sentence)
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_cancel(Operator):
+    """Stop the picture that is being rendered; the last one is kept"""
+
+    bl_idname = "nonlinear_rays.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, _context):
+        return Button.job is not None
+
+    def execute(self, _context):
+        Button.job.cancel()
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_bake_world(Operator):
+    """Render the world once with Cycles into a picture that is used instead of its nodes"""
+
+    bl_idname = "nonlinear_rays.bake_world"
+    bl_label = "Bake World"
+    bl_options = {"REGISTER", "UNDO"}
+
+    resolution: bpy.props.IntProperty(
+        name="Resolution",
+        description="Height of the picture; it is twice as wide. Unit: pixels",
+        default=1024,
+        min=16,
+        max=8192,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        if bpy.app.is_job_running("RENDER"):
+            cls.poll_message_set("Blender is rendering already. Wait for it, or press Esc in its window.")
+            return False
+        return context.scene is not None and context.scene.world is not None
+
+    def execute(self, context):
+        world = context.scene.world
+        try:
+            baked = bake_world(context, world, self.resolution)
+        except Exception as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        before, world.nonlinear_rays.baked = world.nonlinear_rays.baked, baked
+        if before is not None and before.users == 0:
+            bpy.data.images.remove(before)
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_clear_baked_world(Operator):
+    """Forget the baked picture and read the world's nodes again"""
+
+    bl_idname = "nonlinear_rays.clear_baked_world"
+    bl_label = "Clear Baked World"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        world = context.scene.world if context.scene else None
+        return world is not None and world.nonlinear_rays.baked is not None
+
+    def execute(self, context):
+        context.scene.world.nonlinear_rays.baked = None
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_add_analytic_sphere(Operator):
+    """Add a sphere that is rendered exactly, without triangles; its mesh is only shown in the viewport"""
+
+    bl_idname = "nonlinear_rays.add_analytic_sphere"
+    bl_label = "Analytic Sphere"
+    bl_options = {"REGISTER", "UNDO"}
+
+    radius: bpy.props.FloatProperty(
+        name="Radius", description="The object's scale", default=1.0, min=1e-6, unit="LENGTH"
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode == "OBJECT"
+
+    def execute(self, context):
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=1.0)
+        sphere = context.object
+        sphere.name = sphere.data.name = "Analytic Sphere"
+        sphere.data.shade_smooth()
+        sphere.scale = (self.radius,) * 3
+        sphere.nonlinear_rays.analytic_sphere = True
+        return {"FINISHED"}
+
+
+def redraw(context) -> None:
+    """Draw the panels that show the progress."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in SHOWN_AREAS:
+                area.tag_redraw()
+
+
+def draw_add_menu(self, _context):
+    self.layout.operator(NONLINEAR_RAYS_OT_add_analytic_sphere.bl_idname, icon="MESH_UVSPHERE")
+
+
+CLASSES = (
+    NONLINEAR_RAYS_OT_render,
+    NONLINEAR_RAYS_OT_cancel,
+    NONLINEAR_RAYS_OT_bake_world,
+    NONLINEAR_RAYS_OT_clear_baked_world,
+    NONLINEAR_RAYS_OT_add_analytic_sphere,
+)
+
+
+def register():
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_mesh_add.append(draw_add_menu)
+
+
+def unregister():
+    bpy.types.VIEW3D_MT_mesh_add.remove(draw_add_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
