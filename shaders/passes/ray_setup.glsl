@@ -6,14 +6,27 @@ RayState initial_state(vec3 x, vec3 d);                            // the model'
 
 uniform vec2 u_pixel_offset;  // of this tile's corner in the whole image, plus the sample's place in the pixel
 uniform float u_step;
+uniform float u_escape_radius;
 
 out vec4 out_x;  // x, tau
 out vec4 out_v;  // v, step size h
 
+// How far a ray may go straight before anything can bend it or be hit: to the bounding sphere, or past it where the ray
+// misses it. 0 for a ray that begins inside or leaves.
+float straight_way(vec3 x, vec3 d) {
+    float towards = -dot(x, d);
+    float beyond = dot(x, x) - u_escape_radius * u_escape_radius;
+    if (beyond <= 0.0 || towards <= 0.0) return 0.0;
+    float under_root = towards * towards - beyond;
+    return under_root > 0.0 ? towards - sqrt(under_root) : towards;
+}
+
 void main() {
     vec3 origin, direction;
     camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
-    RayState s = initial_state(origin, chart_direction(origin, direction));
-    out_x = vec4(s.x, 0.0);
+    vec3 d = chart_direction(origin, direction);
+    float way = straight_way(origin, d);
+    RayState s = initial_state(origin + way * d, d);
+    out_x = vec4(s.x, way);
     out_v = vec4(s.v, u_step);
 }
