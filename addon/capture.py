@@ -15,7 +15,8 @@ import bpy
 from .core.scene import Scene, SceneError
 from .core.settings import Settings
 from .export import camera_problem, export_scene
-from .properties import model_and_placement, settings_from
+from .model_properties import model_and_placement
+from .properties import settings_from
 
 ENGINE = "NONLINEAR_RAYS"
 SMALLEST = 4  # pixels a side, Blender's minimum: what the copy's own Render Result costs
@@ -102,7 +103,7 @@ def capture(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[Sc
         try:
             outcome.append(export(depsgraph, size, region))
         except Exception as error:  # raised again below, outside Blender's render
-            outcome.append(error)
+            outcome.append(error.with_traceback(None))
 
     for obj in scene.objects:
         if obj.mode == "EDIT":

@@ -7,7 +7,8 @@ import bpy
 from .core.models import ParameterError
 from .core.settings import SettingsError
 from .export import find_problems
-from .properties import model_and_placement, settings_from
+from .model_properties import model_and_placement
+from .properties import settings_from
 
 
 def problems(scene: bpy.types.Scene) -> list[str]:

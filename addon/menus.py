@@ -9,9 +9,11 @@ from .core.status import Status
 TEXTS = {  # choice -> its label and description
     "chart": ("Chart", "Take the camera's directions in the model's coordinates, as the paper does"),
     "static": ("Static", "Take the camera's directions in the frame of an observer at rest"),
+    "moving": ("Moving", "Take the camera's directions in the frame of an observer who moves past one at rest"),
+    "falling": ("Falling", "Take the camera's directions in the frame of an observer who falls into the hole"),
     "paper": ("Paper", "The paper's passes: setup, integration, intersection, termination"),
     "euler": ("Euler", "Euler's method, first order, as in the paper"),
-    "verlet": ("Verlet", "Velocity Verlet, second order, one evaluation a step"),
+    "verlet": ("Verlet", "Velocity Verlet, second order"),
     "runge_kutta_4": ("Runge-Kutta 4", "The classical method of fourth order"),
     "bogacki_shampine_32": ("Bogacki-Shampine 3(2)", "Third order with an error estimate"),
     "dormand_prince_54": ("Dormand-Prince 5(4)", "Fifth order with an error estimate"),
@@ -58,4 +60,5 @@ PASS_TIPS = {
     + ", ".join(f"{status.value} {status.name.lower().replace('_', ' ')}" for status in Status if status),
     "Steps": "Number of integration steps that the ray took",
     "Error": "Error of the ray by the step control's own estimate, radians",
+    "Frequency Shift": "Frequency of the light as the observer sees it, as a multiple of the emitted one; 0 for no light",
 }

@@ -7,6 +7,7 @@ from . import capture, image
 from .core.status import advice
 from .export import bake_world
 from .job import Button, Job, Report
+from .model_properties import parameters_of
 from .show import show_image
 
 TICK = 0.1  # seconds between two looks at the job
@@ -163,6 +164,39 @@ class NONLINEAR_RAYS_OT_clear_baked_world(Operator):
         return {"FINISHED"}
 
 
+class NONLINEAR_RAYS_OT_add_named_value(Operator):
+    """Add a named parameter that the formulas may use"""
+
+    bl_idname = "nonlinear_rays.add_named_value"
+    bl_label = "Add Parameter"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        group = parameters_of(context.scene)
+        taken = {item.name for item in group.named_values}
+        group.named_values.add().name = next(name for i in range(len(taken) + 1) if (name := f"p{i + 1}") not in taken)
+        group.active_named_value = len(group.named_values) - 1
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_remove_named_value(Operator):
+    """Remove the selected parameter"""
+
+    bl_idname = "nonlinear_rays.remove_named_value"
+    bl_label = "Remove Parameter"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return bool(getattr(parameters_of(context.scene), "named_values", ()))
+
+    def execute(self, context):
+        group = parameters_of(context.scene)
+        group.named_values.remove(group.active_named_value)
+        group.active_named_value = max(0, min(group.active_named_value, len(group.named_values) - 1))
+        return {"FINISHED"}
+
+
 class NONLINEAR_RAYS_OT_add_analytic_sphere(Operator):
     """Add a sphere that is rendered exactly, without triangles; its mesh is only shown in the viewport"""
 
@@ -205,6 +239,8 @@ CLASSES = (
     NONLINEAR_RAYS_OT_cancel,
     NONLINEAR_RAYS_OT_bake_world,
     NONLINEAR_RAYS_OT_clear_baked_world,
+    NONLINEAR_RAYS_OT_add_named_value,
+    NONLINEAR_RAYS_OT_remove_named_value,
     NONLINEAR_RAYS_OT_add_analytic_sphere,
 )
 

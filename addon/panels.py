@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import bpy
-from bpy.types import Panel
+from bpy.types import Panel, UIList
 
 from .capture import ENGINE
 from .checks import problems
 from .core.models import MODELS
 from .core.status import MEANINGS, advice
 from .job import Button
+from .model_properties import entries, parameters_of
 from .operators import (
+    NONLINEAR_RAYS_OT_add_named_value,
     NONLINEAR_RAYS_OT_bake_world,
     NONLINEAR_RAYS_OT_cancel,
     NONLINEAR_RAYS_OT_clear_baked_world,
+    NONLINEAR_RAYS_OT_remove_named_value,
     NONLINEAR_RAYS_OT_render,
 )
-from .properties import OPTIONAL_PASSES, entries, parameters_of, pass_property
+from .properties import OPTIONAL_PASSES, pass_property
 
 CHARACTER_PIXELS = 7.0  # of a panel's font at a scale of 1
 ICON_PIXELS = 60.0
@@ -61,8 +64,13 @@ def draw_render_button(layout, context) -> None:
 def draw_model(layout, context) -> None:
     chosen = context.scene.nonlinear_rays
     layout.prop(chosen, "model")
+    group = parameters_of(context.scene)
     for entry in entries(MODELS[chosen.model]):
-        layout.prop(parameters_of(context.scene), entry.name)
+        layout.prop(group, entry.name)
+    if "centers" in group.bl_rna.properties:
+        layout.prop(group, "centers")
+    if "named_values" in group.bl_rna.properties:
+        draw_named_values(layout, group)
     layout.prop(chosen, "center")
     layout.prop(chosen, "scale")
     layout.prop(chosen, "observer")
@@ -74,6 +82,15 @@ def draw_model(layout, context) -> None:
             row.operator(NONLINEAR_RAYS_OT_clear_baked_world.bl_idname, text="", icon="X")
         else:
             row.operator(NONLINEAR_RAYS_OT_bake_world.bl_idname, icon="WORLD")
+
+
+def draw_named_values(layout, group) -> None:
+    """The named parameters of typed formulas, with buttons to add and remove one."""
+    row = layout.row()
+    row.template_list("NONLINEAR_RAYS_UL_named_values", "", group, "named_values", group, "active_named_value", rows=2)
+    column = row.column(align=True)
+    column.operator(NONLINEAR_RAYS_OT_add_named_value.bl_idname, text="", icon="ADD")
+    column.operator(NONLINEAR_RAYS_OT_remove_named_value.bl_idname, text="", icon="REMOVE")
 
 
 def optional_value(layout, group, switch: str, value: str, text: str) -> None:
@@ -210,6 +227,14 @@ def section_panels(place: type, prefix: str) -> list[type[Panel]]:
     return panels
 
 
+class NONLINEAR_RAYS_UL_named_values(UIList):
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property, _index):
+        layout.use_property_split = False
+        row = layout.split(factor=0.5)
+        row.prop(item, "name", text="", emboss=False)
+        row.prop(item, "value", text="")
+
+
 class NONLINEAR_RAYS_PT_object(Panel):
     bl_label = "Nonlinear Rays"
     bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "object"
@@ -227,6 +252,7 @@ class NONLINEAR_RAYS_PT_object(Panel):
 CLASSES = (
     *section_panels(_Sidebar, "NONLINEAR_RAYS_PT_view3d"),
     *section_panels(_RenderTab, "NONLINEAR_RAYS_PT_render"),
+    NONLINEAR_RAYS_UL_named_values,
     NONLINEAR_RAYS_PT_object,
 )
 

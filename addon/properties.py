@@ -3,12 +3,10 @@
 import math
 
 import bpy
-import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 from bpy.types import PropertyGroup
 
-from .core.models import MODELS, Model, Parameter
-from .core.scene import Camera, Placement
+from .core.scene import Camera
 from .core.settings import PASSES, Settings
 from .menus import (
     EARLY_TERMINATION_ITEMS,
@@ -20,62 +18,19 @@ from .menus import (
     PIPELINE_ITEMS,
     RAY_BITS_ITEMS,
     STEP_CONTROL_ITEMS,
-    number,
 )
+from .model_properties import CLASSES as MODEL_CLASSES
+from .model_properties import PARAMETER_CLASSES
 
 DEFAULT_MODEL = "straight"  # what F12 shows of a scene that knows nothing of this extension stays what it was
 OPTIONAL_PASSES = tuple(name for name in PASSES if name != "Combined")
 DEFAULTS = Settings()
 DEFAULT_PIXEL_ANGLE = 1e-3  # radians, where there is no camera to ask and for an orthographic one
-LARGEST_FLOAT = 3.4e38
 
 
 def pass_property(name: str) -> str:
     """Name of the switch of an output pass: "Object Index" -> "pass_object_index"."""
     return "pass_" + name.lower().replace(" ", "_")
-
-
-def parameter_property(parameter: Parameter):
-    """The Blender property of a model's parameter: its default, ranges and, in the tooltip, its unit."""
-    low, high = max(parameter.minimum, -LARGEST_FLOAT), min(parameter.maximum, LARGEST_FLOAT)
-    return FloatProperty(
-        name=parameter.name.replace("_", " ").title(),
-        description=f"{parameter.description}. Unit: {parameter.unit}",
-        default=parameter.default,
-        min=low,
-        max=high,
-        soft_min=max(low, parameter.soft_minimum),
-        soft_max=min(high, parameter.soft_maximum),
-        precision=3,
-        step=10,
-    )
-
-
-def option_property(option):
-    """The menu of a model's option."""
-    menu = [(key, label, description, number(key)) for key, label, description in option.choices]
-    return EnumProperty(name=option.label, description=option.description, items=menu, default=option.default)
-
-
-def text_property(text):
-    """The field of a formula that the user types."""
-    return StringProperty(name=text.label, description=text.description, default=text.default, maxlen=text.longest)
-
-
-def entries(model: type[Model]) -> tuple:
-    """Everything of a model that the user sets, in the panel's order."""
-    return (*model.parameters, *getattr(model, "options", ()), *getattr(model, "texts", ()))
-
-
-def parameters_class(model: type[Model]) -> type[PropertyGroup]:
-    """A property group with one property for each parameter, option and text of the model."""
-    annotations = {parameter.name: parameter_property(parameter) for parameter in model.parameters}
-    annotations |= {option.name: option_property(option) for option in getattr(model, "options", ())}
-    annotations |= {text.name: text_property(text) for text in getattr(model, "texts", ())}
-    return type(f"NONLINEAR_RAYS_PG_model_{model.name}", (PropertyGroup,), {"__annotations__": annotations})
-
-
-PARAMETER_CLASSES = {name: parameters_class(model) for name, model in MODELS.items()}
 
 
 class NONLINEAR_RAYS_PG_scene(PropertyGroup):
@@ -102,12 +57,17 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         name="Observer", description="Whose directions the camera has", items=OBSERVER_ITEMS, default=DEFAULTS.observer
     )
     pipeline: EnumProperty(name="Pipeline", description="How the work is laid out on the GPU", items=PIPELINE_ITEMS)
-    integrator: EnumProperty(name="Integrator", description="The method that takes a step", items=INTEGRATOR_ITEMS)
+    integrator: EnumProperty(
+        name="Integrator",
+        description="The method that takes a step",
+        items=INTEGRATOR_ITEMS,
+        default="dormand_prince_54",
+    )
     step_control: EnumProperty(
         name="Step Control",
         description="How the size of a step is chosen",
         items=STEP_CONTROL_ITEMS,
-        default=DEFAULTS.step_control,
+        default="embedded",
     )
     use_custom_step: BoolProperty(
         name="Custom Step Size",
@@ -126,8 +86,8 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
     )
     tolerance: FloatProperty(
         name="Tolerance",
-        description="How wrong a segment's direction may be before its step is halved. Unit: pixels",
-        default=0.5,
+        description="How wrong a ray (Embedded) or one segment of it (Step Doubling) may be. Unit: pixels",
+        default=0.1,
         min=1e-4,
         max=1e4,
         soft_min=0.01,
@@ -235,11 +195,6 @@ for _name, _class in PARAMETER_CLASSES.items():
     NONLINEAR_RAYS_PG_scene.__annotations__[_name] = PointerProperty(type=_class)
 
 
-def parameters_of(scene: bpy.types.Scene) -> PropertyGroup:
-    """The parameters of the chosen model."""
-    return getattr(scene.nonlinear_rays, scene.nonlinear_rays.model)
-
-
 def pixel_angle(camera: Camera | None) -> float:
     """Angle, radians, between two pixels next to each other in the middle of the picture."""
     if camera is None or camera.kind != "PERSPECTIVE":
@@ -275,36 +230,8 @@ def settings_from(scene: bpy.types.Scene, camera: Camera | None) -> Settings:
     )
 
 
-def model_and_placement(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None, camera_position: np.ndarray | None = None
-) -> tuple[Model, Placement]:
-    """The model with its parameters, and where it is.
-
-    depsgraph : where given, objects are read as they are evaluated in it
-    camera_position : (3,), metres, world space; where not given, that of the scene's camera. A straight model
-        without a centre is placed there, so that single precision stays exact far from the world's origin.
-    Raises core.models.ParameterError.
-    """
-    chosen = scene.nonlinear_rays
-    kind = MODELS[chosen.model]
-    model = kind(**{entry.name: getattr(parameters_of(scene), entry.name) for entry in entries(kind)})
-
-    def world_matrix(item: bpy.types.Object):
-        return (item.original.evaluated_get(depsgraph) if depsgraph else item).matrix_world
-
-    if chosen.center is not None:
-        matrix = world_matrix(chosen.center)
-        rotation = np.array(matrix.to_quaternion().to_matrix(), np.float64)
-        return model, Placement(np.array(matrix.translation, np.float64), rotation, chosen.scale)
-    if model.curved:
-        return model, Placement(scale=chosen.scale)
-    if camera_position is None and scene.camera is not None:
-        camera_position = np.array(world_matrix(scene.camera).translation, np.float64)
-    return model, Placement(np.zeros(3) if camera_position is None else camera_position, scale=chosen.scale)
-
-
 CLASSES = (
-    *PARAMETER_CLASSES.values(),
+    *MODEL_CLASSES,
     NONLINEAR_RAYS_PG_scene,
     NONLINEAR_RAYS_PG_object,
     NONLINEAR_RAYS_PG_world,

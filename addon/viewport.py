@@ -10,7 +10,8 @@ import numpy as np
 from .core.scene import Camera
 from .export import export_scene
 from .job import Job
-from .properties import model_and_placement, settings_from
+from .model_properties import model_and_placement
+from .properties import settings_from
 
 COARSE = 4  # screen pixels a side of one pixel where Blender's setting says "Automatic"
 MOST_SAMPLES = 1

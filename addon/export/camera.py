@@ -39,10 +39,18 @@ def export_camera(
         raise SceneError(problem)
     matrix = np.array(camera.matrix_world, np.float64)
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    if not np.isfinite(matrix).all() or lengths.min() == 0.0:
+    if not np.isfinite(matrix).all():
+        raise SceneError(f"'{camera.name}': the camera's transform is not a number. Clear it, or mend its drivers.")
+    if lengths.min() == 0.0:
         raise SceneError(f"'{camera.name}': the camera's transform has no direction (scale zero). Clear its scale.")
     matrix[:3, :3] /= lengths
     window = camera_window(camera.data, width, height, render.pixel_aspect_x, render.pixel_aspect_y)
+    left, right, bottom, top = window
+    if not (np.isfinite(window).all() and left < right and bottom < top):
+        raise SceneError(
+            f"'{camera.name}': the picture's edges are {left:g} … {right:g} and {bottom:g} … {top:g}, "
+            "which shows nothing. Change the camera's lens, size or shift."
+        )
     warnings = []
     if camera.data.dof.use_dof:
         warnings.append(f"'{camera.name}': depth of field is not shown.")

@@ -22,6 +22,7 @@ class LocalMesh:
     slot      : int32, (n,), the material slot
     vertices  : how many it has, for the mesh without faces
     uv_map    : the name of the render-active map, whose uvs these are, and all maps' names
+    lost_uvs  : how many of them were not numbers, and became 0
     """
 
     positions: np.ndarray
@@ -31,6 +32,7 @@ class LocalMesh:
     vertices: int
     uv_map: str = ""
     uv_maps: frozenset[str] = frozenset()
+    lost_uvs: int = 0
 
 
 class Geometry:
@@ -53,6 +55,9 @@ class Geometry:
             if obj.original.type == "MESH" and mesh.vertices:
                 self._warnings[f"'{obj.name}' has vertices but no faces, and is not shown."] = None
             return
+        if mesh.lost_uvs:
+            text = f"'{obj.name}': {mesh.lost_uvs} UVs of '{mesh.uv_map}' are not numbers and count as 0"
+            self._warnings[f"{text}. Unwrap it again."] = None
         # Slots past the last one show the last one's material, as in Cycles.
         slots = [slot.material for slot in obj.material_slots] or [None]
         used = np.clip(mesh.slot, 0, len(slots) - 1)
@@ -116,6 +121,8 @@ def read_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
     uvs = np.zeros((len(mesh.loops), 2), np.float32)
     if layer is not None and count:
         uvs = _read(layer.uv, "vector", np.float32, 2 * len(mesh.loops)).reshape(-1, 2)
+    lost = ~np.isfinite(uvs).all(axis=1)
+    uvs[lost] = 0.0
     return LocalMesh(
         positions[vertex_of_corner[corners]].reshape(count, 3, 3),
         normals[corners].reshape(count, 3, 3),
@@ -124,6 +131,7 @@ def read_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
         len(mesh.vertices),
         layer.name if layer is not None else "",
         frozenset(layer.name for layer in mesh.uv_layers),
+        int(lost.sum()),
     )
 
 

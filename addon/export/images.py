@@ -39,9 +39,10 @@ def missing(image: bpy.types.Image) -> str | None:
     return None
 
 
-def scene_linear(image: bpy.types.Image) -> tuple[np.ndarray | None, list[str]]:
+def scene_linear(image: bpy.types.Image, *, times_alpha: bool = False) -> tuple[np.ndarray | None, list[str]]:
     """float32, (height, width, 4), scene-linear, straight alpha, row 0 at the bottom; and warnings.
 
+    times_alpha : the colours are multiplied by alpha, unless the image's alpha is no cover of its colours
     None instead of pixels where the image has none: its file is missing, or cannot be read.
     """
     image = image.original
@@ -58,11 +59,14 @@ def scene_linear(image: bpy.types.Image) -> tuple[np.ndarray | None, list[str]]:
     if image.source in {"TILED", "SEQUENCE", "MOVIE"}:
         part = "first tile" if image.source == "TILED" else "current frame"
         warnings.append(f"Image '{image.name}' is of the kind {image.source.lower()}: only its {part} is used.")
+    covers = image.alpha_mode in {"STRAIGHT", "PREMUL"}
     if image.is_float:
-        if image.alpha_mode in {"STRAIGHT", "PREMUL"}:
+        if covers and not times_alpha:
             _unpremultiply(pixels)
     else:
         warnings += _linearise(pixels[..., :3], image)
+        if covers and times_alpha and not image.colorspace_settings.is_data:
+            pixels[..., :3] *= pixels[..., 3:]
     if image.alpha_mode == "NONE":
         pixels[..., 3] = 1.0
     unusable = ~np.isfinite(pixels).all(axis=2)
@@ -80,7 +84,11 @@ def srgb_to_linear(values: np.ndarray) -> np.ndarray:
 
 
 class ImageTable:
-    """The images of one export: each pair of image and way of sampling once, in the order of first use."""
+    """The images of one export: each pair of image and way of sampling once, in the order of first use.
+
+    Where nothing uses a node's Alpha, its Color is multiplied by it, as in Cycles and EEVEE: transparent parts of a
+    picture are black, whatever colour is stored there.
+    """
 
     def __init__(self, *, read_pixels: bool = True):
         """read_pixels=False: only look whether the files are there (the panel's check)."""
@@ -88,33 +96,35 @@ class ImageTable:
         self.images: list[Image] = []
         self.warnings: list[str] = []
         self._indices: dict[tuple, int | None] = {}
-        self._pixels: dict[int, np.ndarray | None] = {}
+        self._pixels: dict[tuple, np.ndarray | None] = {}
 
     def add(self, node: ShaderNodeTexImage) -> int | None:
         """The index of the node's image; None where it is missing (node.image is not None)."""
         extension = node.extension if node.extension in EXTENSIONS else "REPEAT"
         interpolation = "CLOSEST" if node.interpolation == "Closest" else "LINEAR"
         image = node.image.original
-        key = (image.session_uid, extension, interpolation)
+        times_alpha = not node.outputs["Alpha"].is_linked
+        key = (image.session_uid, extension, interpolation, times_alpha)
         if key not in self._indices:
-            self._indices[key] = self._add(image, extension, interpolation)
+            self._indices[key] = self._add(image, extension, interpolation, times_alpha)
         return self._indices[key]
 
-    def _add(self, image: bpy.types.Image, extension: str, interpolation: str) -> int | None:
-        pixels = self._read(image)
+    def _add(self, image: bpy.types.Image, extension: str, interpolation: str, times_alpha: bool) -> int | None:
+        pixels = self._read(image, times_alpha)
         if pixels is None:
             return None
         self.images.append(Image(image.name, pixels, extension, interpolation))
         return len(self.images) - 1
 
-    def _read(self, image: bpy.types.Image) -> np.ndarray | None:
+    def _read(self, image: bpy.types.Image, times_alpha: bool) -> np.ndarray | None:
         if not self.read_pixels:
             return None if missing(image) else np.zeros((1, 1, 4), np.float32)
-        if image.session_uid not in self._pixels:
-            pixels, warnings = scene_linear(image)
-            self._pixels[image.session_uid] = pixels
+        key = (image.session_uid, times_alpha)
+        if key not in self._pixels:
+            pixels, warnings = scene_linear(image, times_alpha=times_alpha)
+            self._pixels[key] = pixels
             self.warnings += warnings
-        return self._pixels[image.session_uid]
+        return self._pixels[key]
 
 
 def _four_channels(pixels: np.ndarray) -> np.ndarray:

@@ -131,6 +131,9 @@ class _Reader:
         value, varying = nodes.number(socket)
         if varying is not None:
             self.warn(f"node '{nodes.label(varying)}' at {socket.name} is left out; its value {value:g} is used")
+        if not nodes.usable(value):
+            self.warn(f"the {socket.name} of node '{nodes.label(socket.node)}' is {value:g}; 0 is used. Change it")
+            return 0.0
         return value
 
     def color(
@@ -143,7 +146,12 @@ class _Reader:
             if varying.node.bl_idname != "ShaderNodeTexImage" or varying.name != "Color" or varying.node.mute:
                 raise _CannotBeShown(f"node '{nodes.label(varying.node)}' at {socket.name} cannot be shown")
             color, image = self.texture(varying.node)
-        return tuple(strength * channel for channel in color), image
+        color = tuple(strength * channel for channel in color)
+        if not nodes.usable(*color):
+            values = ", ".join(f"{channel:g}" for channel in color)
+            self.warn(f"the {socket.name} of node '{nodes.label(socket.node)}' is ({values}); black is used. Change it")
+            return BLACK, None
+        return color, image
 
     def texture(self, node: bpy.types.Node) -> tuple[Color, int | None]:
         """White and the image, or magenta where there is none."""

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import bpy
 
+LARGEST = 1e30  # what a colour or a strength may be: times a light and an image it still fits single precision
+
+
+def usable(*values: float) -> bool:
+    """Whether these are numbers that can be rendered; a driver can make others."""
+    return all(abs(value) <= LARGEST for value in values)
+
 
 def node_tree(owner: bpy.types.ID) -> bpy.types.NodeTree | None:
     """The node tree that a material, world or light uses; None where it uses none."""

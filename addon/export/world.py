@@ -46,10 +46,16 @@ def read_world(world: bpy.types.World | None) -> WorldReading:
     if tree is None:
         return WorldReading(_plain(world.color))
     try:
-        return _read_tree(tree)
+        reading = _read_tree(tree)
     except _CannotBeShown as reason:
         text = f"World '{world.name}': {reason}; its viewport colour is used. {ADVICE}."
         return WorldReading(_plain(world.color), warnings=(text,))
+    if not nodes.usable(reading.strength, *reading.color):
+        text = (
+            f"World '{world.name}': its colour or its strength is not a number, or too large; it is black. Change it."
+        )
+        return WorldReading(warnings=(text,))
+    return reading
 
 
 def export_world(world: bpy.types.World | None) -> tuple[Environment, list[str]]:
@@ -57,13 +63,12 @@ def export_world(world: bpy.types.World | None) -> tuple[Environment, list[str]]
     warnings = list(reading.warnings)
     if reading.image is None:
         return Environment(reading.color), warnings
-    pixels, image_warnings = scene_linear(reading.image)
+    # An environment has no cover: Cycles shows the light of a half transparent pixel times its alpha.
+    pixels, image_warnings = scene_linear(reading.image, times_alpha=True)
     warnings += image_warnings
     if pixels is None:
         warnings.append(missing_warning(world, reading.image))
         return Environment((1.0, 0.0, 1.0)), warnings
-    # An environment has no cover: Cycles shows the light of a half transparent pixel times its alpha.
-    pixels = pixels[..., :3] * pixels[..., 3:]
     faces = equirect_to_cube(pixels, face_size(pixels.shape[1]), reading.matrix)
     return Environment(faces=faces * np.float32(reading.strength)), warnings
 

@@ -8,6 +8,11 @@ import pytest
 
 
 @pytest.fixture
+def model_properties(extension):
+    return extension("addon.model_properties")
+
+
+@pytest.fixture
 def properties(extension):
     return extension("addon.properties")
 
@@ -31,9 +36,10 @@ def core_camera(extension, width=100, height=50, kind="PERSPECTIVE"):
     return extension("addon.core.scene").Camera(np.eye(4), (-0.5, 0.5, -0.25, 0.25), width, height, kind)
 
 
-def test_defaults_are_valid_and_are_those_of_core(empty_file, extension, properties):
+def test_defaults_are_those_of_core_with_our_integrator(empty_file, extension, properties):
     settings = properties.settings_from(empty_file, core_camera(extension))
-    defaults = extension("addon.core.settings").Settings(tolerance=settings.tolerance)
+    ours = {"integrator": "dormand_prince_54", "step_control": "embedded", "tolerance": settings.tolerance}
+    defaults = extension("addon.core.settings").Settings(**ours)
     assert settings == defaults
 
 
@@ -84,16 +90,16 @@ def test_menus_offer_what_core_offers(empty_file, extension):
         assert set(definitions[name].enum_items.keys()) == set(choices), name
 
 
-def test_model_parameters_reach_the_model(empty_file, properties):
+def test_model_parameters_reach_the_model(empty_file, model_properties):
     empty_file.nonlinear_rays.model = "schwarzschild"
     empty_file.nonlinear_rays.schwarzschild.mass = 2.5
     empty_file.nonlinear_rays.scale = 0.5
-    model, placement = properties.model_and_placement(empty_file)
+    model, placement = model_properties.model_and_placement(empty_file)
     assert (model.name, model.mass, placement.scale) == ("schwarzschild", 2.5, 0.5)
     assert not placement.position.any()
 
 
-def test_animated_parameter_has_the_value_of_the_evaluated_frame(empty_file, properties):
+def test_animated_parameter_has_the_value_of_the_evaluated_frame(empty_file, model_properties):
     empty_file.nonlinear_rays.model = "schwarzschild"
     parameters = empty_file.nonlinear_rays.schwarzschild
     for frame, mass in ((1, 1.0), (11, 3.0)):
@@ -101,26 +107,26 @@ def test_animated_parameter_has_the_value_of_the_evaluated_frame(empty_file, pro
         empty_file.keyframe_insert("nonlinear_rays.schwarzschild.mass", frame=frame)
     empty_file.frame_set(11)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    model, _placement = properties.model_and_placement(depsgraph.scene_eval, depsgraph)
+    model, _placement = model_properties.model_and_placement(depsgraph.scene_eval, depsgraph)
     assert model.mass == 3.0
 
 
-def test_centre_object_places_and_turns_the_model(empty_file, properties):
+def test_centre_object_places_and_turns_the_model(empty_file, model_properties):
     centre = bpy.data.objects.new("Centre", None)
     empty_file.collection.objects.link(centre)
     centre.location, centre.rotation_euler, centre.scale = (1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2), (2.0, 2.0, 2.0)
     empty_file.nonlinear_rays.model = "schwarzschild"
     empty_file.nonlinear_rays.center = centre
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    _model, placement = properties.model_and_placement(empty_file, depsgraph)
+    _model, placement = model_properties.model_and_placement(empty_file, depsgraph)
     assert placement.position == pytest.approx([1.0, 2.0, 3.0])
     assert placement.rotation @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
 
 
-def test_straight_model_without_a_centre_is_at_the_camera(empty_file, properties):
+def test_straight_model_without_a_centre_is_at_the_camera(empty_file, model_properties):
     empty_file.nonlinear_rays.model = "straight"
     add_camera(empty_file, (1000.0, 0.0, 0.0))
-    _model, placement = properties.model_and_placement(empty_file)
+    _model, placement = model_properties.model_and_placement(empty_file)
     assert placement.position == pytest.approx([1000.0, 0.0, 0.0])
 
 
