@@ -14,8 +14,9 @@ import numpy as np
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import PropertyGroup
 
-from .core.models import MODELS, Model, Parameter
+from .core.models import MODELS, Model, Parameter, ParameterError
 from .core.scene import Placement
+from .export.volume import hidden, sample_volume, volume_problem
 from .menus import number
 
 LARGEST_FLOAT = 3.4e38
@@ -27,8 +28,9 @@ class NONLINEAR_RAYS_PG_named_value(PropertyGroup):
     value: FloatProperty(name="Value", description="Value of this parameter in the formulas. Unit: none", default=1.0)
 
 
-def is_volume(_group, item: bpy.types.Object) -> bool:
-    return item.type == "VOLUME"
+def may_hold_volume(_group, item: bpy.types.Object) -> bool:
+    """Volumes, and what Geometry Nodes may turn into one."""
+    return item.type == "VOLUME" or any(modifier.type == "NODES" for modifier in item.modifiers)
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,23 @@ def read_centres(group: PropertyGroup, placement: Placement, depsgraph: bpy.type
 
 def read_parameters(group: PropertyGroup, _placement: Placement, _depsgraph: bpy.types.Depsgraph | None) -> dict:
     return {"parameters": {item.name: item.value for item in group.named_values}}
+
+
+def read_grid(group: PropertyGroup, placement: Placement, depsgraph: bpy.types.Depsgraph | None) -> dict:
+    """The voxels of the chosen volume; without a depsgraph, as in a panel, one empty voxel in their place."""
+    if group.medium != "grid":
+        return {}
+    if group.volume is None:
+        raise ParameterError("No volume is chosen. Choose one in the Nonlinear Rays panel, or another medium.")
+    if problem := volume_problem():
+        raise ParameterError(problem)
+    if depsgraph is None:
+        if group.volume.hide_render:
+            raise ParameterError(hidden(group.volume))
+        return {"grid": np.zeros((1, 1, 1), np.float32)}
+    volume = evaluated(group.volume, depsgraph)
+    voxels = sample_volume(volume, depsgraph, placement, group.grid_name, group.grid_resolution)
+    return {"grid": voxels.density, "grid_min": voxels.low, "grid_max": voxels.high}
 
 
 EXTRAS = {
@@ -74,6 +93,28 @@ EXTRAS = {
             ),
         },
         read_parameters,
+    ),
+    "grid": Extra(  # and grid_min, grid_max
+        {
+            "volume": PointerProperty(
+                type=bpy.types.Object,
+                name="Volume",
+                description="Object whose density bends light: a volume, or one whose Geometry Nodes make a volume",
+                poll=may_hold_volume,
+            ),
+            "grid_name": StringProperty(
+                name="Grid", description="Name of the volume's grid that is taken as the density", default="density"
+            ),
+            "grid_resolution": IntProperty(
+                name="Resolution",
+                description="Voxels along the longest side of the volume's box. Unit: voxels",
+                default=64,
+                min=2,
+                max=1024,
+                soft_max=256,
+            ),
+        },
+        read_grid,
     ),
 }
 

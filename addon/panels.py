@@ -71,6 +71,9 @@ def draw_model(layout, context) -> None:
         layout.prop(group, "centers")
     if "named_values" in group.bl_rna.properties:
         draw_named_values(layout, group)
+    if "volume" in group.bl_rna.properties and group.medium == "grid":
+        for name in ("volume", "grid_name", "grid_resolution"):
+            layout.prop(group, name)
     layout.prop(chosen, "center")
     layout.prop(chosen, "scale")
     layout.prop(chosen, "observer")

@@ -122,6 +122,10 @@ class Program:
             raise ShaderError(f"The driver rejects a shader:\n{source.explain(str(error))}") from error
         self._vertices = ctx.vertex_array(self._program, [])
 
+    def uses(self, name: str) -> bool:
+        """Whether a uniform or sampler is left in the program."""
+        return name in self._program
+
     def set(self, uniforms: Mapping[str, object]) -> None:
         """Give values; names that the program does not use are passed over, since drivers drop unused uniforms."""
         for name, value in uniforms.items():
@@ -165,6 +169,11 @@ class Target:
     def clear(self, *color: float, depth: float = 1.0) -> None:
         self.framebuffer.depth_mask = True
         self.framebuffer.clear(*color, depth=depth)
+
+    def read(self, index: int, columns: int, rows: int) -> np.ndarray:
+        """The lower left part of the index-th texture as float32, (rows, columns, 4); row 0 is the bottom."""
+        content = self.framebuffer.read((0, 0, columns, rows), components=4, attachment=index, dtype="f4", alignment=1)
+        return np.frombuffer(content, np.float32).reshape(rows, columns, 4)
 
 
 def read(texture, columns: int, rows: int) -> np.ndarray:

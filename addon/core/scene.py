@@ -188,7 +188,10 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything a frame needs. `warnings` are sentences the export wants shown beside the picture."""
+    """Everything a frame needs. `warnings` are sentences the export wants shown beside the picture.
+
+    far_environment : the sky of a model's far side (wormhole), in the axes of the far chart; None for the same sky
+    """
 
     camera: Camera
     model: Model
@@ -199,5 +202,6 @@ class Scene:
     images: tuple[Image, ...] = ()
     lights: tuple[Light, ...] = ()
     environment: Environment = field(default_factory=Environment)
+    far_environment: Environment | None = None
     ambient: tuple[float, float, float] = (0.0, 0.0, 0.0)
     warnings: tuple[str, ...] = ()

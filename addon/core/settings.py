@@ -5,14 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-PIPELINES = ("paper",)
+PIPELINES = ("paper", "fused")
 INTEGRATORS = ("euler", "verlet", "runge_kutta_4", "bogacki_shampine_32", "dormand_prince_54")
 WITH_ERROR_ESTIMATE = ("bogacki_shampine_32", "dormand_prince_54")
 STEP_CONTROLS = ("constant", "doubling", "embedded")
-OBSERVERS = ("chart", "static")
+OBSERVERS = ("chart", "static", "moving", "falling")
 EARLY_TERMINATIONS = ("both", "hits", "bounds", "off")
+LARGEST_SPEED = 0.9999  # of an observer; beyond it float32 has no digits left for 1 - v^2
 FAILED_RAYS = ("environment", "marker")
-PASSES = ("Combined", "Depth", "Position", "Normal", "Object Index", "Direction", "Status", "Steps", "Error")
+PASSES = (
+    "Combined",
+    "Depth",
+    "Position",
+    "Normal",
+    "Object Index",
+    "Direction",
+    "Status",
+    "Steps",
+    "Error",
+    "Frequency Shift",
+)
 PASS_CHANNELS = {
     "Combined": "RGBA",
     "Depth": "V",
@@ -23,6 +35,7 @@ PASS_CHANNELS = {
     "Status": "X",
     "Steps": "X",
     "Error": "X",
+    "Frequency Shift": "X",
 }
 
 
@@ -39,10 +52,13 @@ class Settings:
     step_control        "constant"; "doubling": the paper's step doubling with two thresholds (Section 4.2); "embedded":
                         PI control of every step by the integrator's own error estimate (WITH_ERROR_ESTIMATE)
     observer            "chart": directions are taken in the chart, as the paper does;
-                        "static": in the frame of an observer at rest
+                        "static": in the frame of an observer at rest;
+                        "moving": in that of one who passes him with observer_velocity;
+                        "falling": in that of one who falls (Kerr)
+    observer_velocity   (x, y, z), world space, in units of that of light; "moving"
     step                h, the step of τ (the first one where steps adapt); None lets the model choose
-    tolerance           angle, radians: what a segment ("doubling") or a step ("embedded") may be wrong by
-    chord_angle         angle, radians, that a ray may turn by within one chord ("embedded")
+    tolerance           angle, radians, that a segment ("doubling") or the whole ray ("embedded") may be wrong by
+    chord_tolerance     angle, radians, that a chord may be away from the ray ("embedded"); None: the tolerance
     max_steps           steps a ray may take
     segments            n_segs: chords a ray may take
     steps_per_segment   n_integration: steps between two chords
@@ -60,9 +76,10 @@ class Settings:
     integrator: str = "euler"
     step_control: str = "doubling"
     observer: str = "chart"
+    observer_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     step: float | None = None
     tolerance: float = 1e-3
-    chord_angle: float = 0.1
+    chord_tolerance: float | None = None
     max_steps: int = 100_000
     segments: int = 500
     steps_per_segment: int = 10
@@ -83,6 +100,7 @@ class Settings:
         _one_of("integrator", self.integrator, INTEGRATORS)
         _one_of("step_control", self.step_control, STEP_CONTROLS)
         _one_of("observer", self.observer, OBSERVERS)
+        object.__setattr__(self, "observer_velocity", _slower_than_light(self.observer_velocity))
         _one_of("early_termination", self.early_termination, EARLY_TERMINATIONS)
         _one_of("failed_rays", self.failed_rays, FAILED_RAYS)
         _one_of("ray_bits", self.ray_bits, (16, 32))
@@ -95,7 +113,8 @@ class Settings:
         if self.escape_radius is not None:
             _in_range("escape_radius", self.escape_radius, 1e-9, 1e12)
         _in_range("tolerance", self.tolerance, 1e-9, math.pi)
-        _in_range("chord_angle", self.chord_angle, 1e-4, 1.0)
+        if self.chord_tolerance is not None:
+            _in_range("chord_tolerance", self.chord_tolerance, 1e-9, math.pi)
         if self.step_control == "embedded" and self.integrator not in WITH_ERROR_ESTIMATE:
             raise SettingsError(
                 f"Setting 'step_control' is 'embedded', but integrator '{self.integrator}' has no error estimate. "
@@ -118,6 +137,22 @@ def _in_range(name: str, value: float, low: float, high: float) -> None:
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not (number and math.isfinite(value) and low <= value <= high):
         raise SettingsError(f"Setting '{name}' is {value!r}, but must lie in [{low:g}, {high:g}]. Change it.")
+
+
+def _slower_than_light(velocity) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(component) for component in velocity)
+    except (TypeError, ValueError):
+        raise SettingsError(
+            f"Setting 'observer_velocity' is {velocity!r}, but must be three numbers. Change it."
+        ) from None
+    speed = math.hypot(x, y, z)
+    if not speed <= LARGEST_SPEED:
+        raise SettingsError(
+            f"Setting 'observer_velocity' has the length {speed:g}, but must lie in [0, {LARGEST_SPEED}], "
+            "in units of the speed of light. Change it."
+        )
+    return x, y, z
 
 
 def _whole(name: str, value: int, low: int, high: int) -> None:

@@ -70,21 +70,29 @@ class Tableau:
                 values[i] *= sum((a_ij * below[j] for j, a_ij in enumerate(row)), Fraction(0))
         return values
 
-    def as_glsl(self) -> str:
-        """The text of `Step advance(RayState s, float h)`, the contract of shaders/integrators/."""
+    def as_glsl(self, continued: bool = False) -> str:
+        """The text of `Step advance(RayState s, float h)`, the contract of shaders/integrators/.
+
+        continued : of `Step advance_from(RayState s, RayState first, float h, out RayState last)`, which takes the
+        derivative at s and gives the one behind the step: see integrators/continued.glsl
+        """
         lines = [
             f"// Provides {self.name}: order {self.order}, {self.stages} stages. Printed by addon/core/tableaus.py.",
             "",
             "RayState rhs(RayState s);  // d/dtau of the state",
             "",
-            "Step advance(RayState s, float h) {",
-            "    RayState k1 = rhs(s);",
         ]
+        if continued:
+            lines.append("Step advance_from(RayState s, RayState k1, float h, out RayState last) {")
+        else:
+            lines += ["Step advance(RayState s, float h) {", "    RayState k1 = rhs(s);"]
         for i, row in enumerate(self.a[1:], start=2):
             x, v = (_combination(row, part) for part in "xv")
             lines.append(f"    RayState k{i} = rhs(RayState(s.x + h * ({x}), s.v + h * ({v})));")
         x, v = (_combination(self.b, part) for part in "xv")
         lines.append(f"    RayState after = RayState(s.x + h * ({x}), s.v + h * ({v}));")
+        if continued:
+            lines.append(f"    last = {f'k{self.stages}' if self.first_same_as_last else 'rhs(after)'};")
         if self.embedded is None:
             lines.append("    return Step(after, 0.0);")
         else:

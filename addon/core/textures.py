@@ -12,16 +12,19 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from . import bvh
 from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Spheres, Triangles
 
 TEXELS_PER_ROW = 2048  # common/texels.glsl
 GROUP_SIZE = 16  # intersection/triangles.glsl
+SMALLEST_LENGTH, LARGEST_LENGTH = 1e-15, 1e15  # model lengths; float32 holds their squares with room for products
 
 
 @dataclass(frozen=True, eq=False)
 class Packed:
     """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4)
     bounds_radius : of all objects around the model's centre, model lengths
+    bounds : float32, (2, 3), low and high corner of all objects, model lengths, where there is a tree
     """
 
     arrays: dict[str, np.ndarray]
@@ -30,6 +33,7 @@ class Packed:
     light_count: int
     bounds_radius: float
     warnings: tuple[str, ...] = ()
+    bounds: np.ndarray | None = None
 
     @property
     def bytes(self) -> int:
@@ -44,22 +48,29 @@ def folded(texels: np.ndarray) -> np.ndarray:
     return out.reshape(rows, TEXELS_PER_ROW, 4)
 
 
-def pack(scene: Scene, *, groups: bool = True) -> Packed:
+def pack(scene: Scene, *, groups: bool = True, tree: bool = False) -> Packed:
     """Everything of the scene that its shaders read, and nothing else.
 
-    groups : sort the triangles in space and bound every GROUP_SIZE of them by a sphere
+    groups : bound every GROUP_SIZE triangles, which are sorted in space, by a sphere
+    tree : bound everything by a tree of boxes instead, and sort it as the tree's leaves count
     """
-    triangles, triangle_warnings = _usable_triangles(scene.triangles)
-    spheres, sphere_warnings = _usable_spheres(scene.spheres)
+    triangles, triangle_warnings = _usable_triangles(scene)
+    spheres, sphere_warnings = _usable_spheres(scene)
     arrays: dict[str, np.ndarray] = {}
-    radius = 0.0
+    radius, bounds = 0.0, None
+    corners = scene.placement.points_to_model(triangles.positions)
     if len(triangles):
-        corners = scene.placement.points_to_model(triangles.positions)
         radius = max(radius, float(np.sqrt(np.max(np.sum(corners**2, axis=-1)))))
-        order = spatial_order(corners.mean(axis=1)) if groups else np.arange(len(triangles))
-        arrays["u_triangles"], arrays["u_corners"] = pack_triangles(triangles, corners, scene, order)
+    if tree and (len(triangles) or len(spheres)):
+        grown = bvh.build(triangle_boxes(corners), sphere_boxes(spheres, scene))
+        arrays["u_tree"], bounds = folded(grown.nodes.reshape(-1, 4)), grown.bounds
+        order, spheres = grown.triangles, rows_of(spheres, grown.spheres)
+    elif len(triangles):
+        order = spatial_order(corners.mean(axis=1))  # without groups, too: it decides between coincident triangles
         if groups:
             arrays["u_triangle_groups"] = folded(group_spheres(corners[order]))
+    if len(triangles):
+        arrays["u_triangles"], arrays["u_corners"] = pack_triangles(triangles, corners, scene, order)
     if len(spheres):
         arrays["u_spheres"], reach = pack_spheres(spheres, scene)
         radius = max(radius, reach)
@@ -71,7 +82,7 @@ def pack(scene: Scene, *, groups: bool = True) -> Packed:
         if images_used(scene):
             arrays["u_image_table"], arrays["u_image_texels"] = pack_images(scene)
     warnings = (*triangle_warnings, *sphere_warnings)
-    return Packed(arrays, len(triangles), len(spheres), len(lights), radius, warnings)
+    return Packed(arrays, len(triangles), len(spheres), len(lights), radius, warnings, bounds)
 
 
 def lit(scene: Scene) -> tuple[Light, ...]:
@@ -84,23 +95,55 @@ def images_used(scene: Scene) -> bool:
     return bool(scene.images) and any(m.base_image is not None or m.emission_image is not None for m in scene.materials)
 
 
-def _usable_triangles(triangles: Triangles) -> tuple[Triangles, tuple[str, ...]]:
-    corners = (triangles.positions, triangles.normals, triangles.uvs)
-    usable = np.all([np.isfinite(values).all(axis=(1, 2)) for values in corners], axis=0)
+def _usable_triangles(scene: Scene) -> tuple[Triangles, tuple[str, ...]]:
+    triangles = scene.triangles
+    usable = _near(scene, triangles.positions).all(axis=1)
+    for values in (triangles.normals, triangles.uvs):
+        usable &= np.isfinite(values).all(axis=(1, 2))
     if usable.all():
         return triangles, ()
-    kept = Triangles(*(getattr(triangles, field.name)[usable] for field in fields(Triangles)))
-    return kept, (f"{np.sum(~usable)} of {len(usable)} triangles have corners that are not numbers and were skipped.",)
+    kept = rows_of(triangles, usable)
+    count = f"{np.sum(~usable)} of {len(usable)} triangles"
+    return kept, (f"{count} have corners that are not numbers or lie too far away, and were skipped.",)
 
 
-def _usable_spheres(spheres: Spheres) -> tuple[Spheres, tuple[str, ...]]:
-    finite = np.isfinite(spheres.centres).all(axis=1) & np.isfinite(spheres.axes).all(axis=(1, 2))
-    usable = finite & np.isfinite(spheres.radii) & (spheres.radii > 0)
+def _usable_spheres(scene: Scene) -> tuple[Spheres, tuple[str, ...]]:
+    spheres = scene.spheres
+    radii = spheres.radii / scene.placement.scale
+    usable = _near(scene, spheres.centres) & np.isfinite(spheres.axes).all(axis=(1, 2))
+    usable &= (radii > SMALLEST_LENGTH) & (radii < LARGEST_LENGTH)
     if usable.all():
         return spheres, ()
-    kept = Spheres(*(getattr(spheres, field.name)[usable] for field in fields(Spheres)))
-    count = np.sum(~usable)
-    return kept, (f"{count} of {len(usable)} spheres have no positive radius or no place and were skipped.",)
+    kept = rows_of(spheres, usable)
+    count = f"{np.sum(~usable)} of {len(usable)} spheres"
+    return kept, (f"{count} have no place, no positive radius, or lie too far away, and were skipped.",)
+
+
+def _near(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """(…, 3), world space -> (…): whether a point is a number that the shaders can square."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return (np.abs(scene.placement.points_to_model(points)) < LARGEST_LENGTH).all(axis=-1)
+
+
+def rows_of(soup, rows: np.ndarray):
+    """Some rows of Triangles or Spheres, or all of them in another order."""
+    return type(soup)(*(getattr(soup, field.name)[rows] for field in fields(soup)))
+
+
+def triangle_boxes(corners: np.ndarray) -> np.ndarray:
+    """corners : (n, 3, 3), model space -> float32, (n, 2, 3), low and high corners of their boxes."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    boxes = np.empty((len(corners), 2, 3), np.float32)
+    boxes[:, 0] = np.minimum(np.minimum(a, b), c)
+    boxes[:, 1] = np.maximum(np.maximum(a, b), c)
+    return boxes
+
+
+def sphere_boxes(spheres: Spheres, scene: Scene) -> np.ndarray:
+    """float32, (n, 2, 3), model space, low and high corners of the spheres' boxes."""
+    centres = scene.placement.points_to_model(spheres.centres)
+    radii = (spheres.radii / scene.placement.scale)[:, None]
+    return np.stack([centres - radii, centres + radii], axis=1).astype(np.float32)
 
 
 def spatial_order(points: np.ndarray) -> np.ndarray:

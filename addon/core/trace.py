@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from . import device as gpu
 from .frame import Frame, Statistics
 from .models import Model
+from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
 from .pipelines.tile import IntegratorShader, ModelShader, Request, Stopwatch, TileEnds
 from .scene import Camera, Scene, SceneError
@@ -24,6 +25,7 @@ from .textures import Packed, pack
 TILE = 256  # pixels a side: small enough for short draws, large enough to keep a GPU busy
 RAYS_A_ROW = 256  # trace_rays folds its rays into a picture of this width
 LONGEST_SIDE = 65536
+BRIGHTEST = 65504.0  # radiance that stands for infinity
 memory_limit_bytes = 4 << 30  # what a frame may take in arrays and textures; the preferences set it
 
 OUTPUTS = {  # what a pipeline has to write for a pass
@@ -33,6 +35,7 @@ OUTPUTS = {  # what a pipeline has to write for a pass
     "Object Index": "surface",
     "Steps": "steps",
     "Error": "error",
+    "Frequency Shift": "frequency",
 }
 
 
@@ -77,34 +80,28 @@ def render(
     columns, rows = scene.camera.size
     asked = frozenset(OUTPUTS[name] for name in settings.passes if name in OUTPUTS)
     with watch.stage("pack"):
-        packed = pack(scene, groups=settings.cull_batches)
+        packed = pack_for(scene, settings)
     check_memory(columns, rows, settings, packed)
     request = make_request(scene, settings, packed, camera_uniforms(scene), asked)
-    tile = (min(TILE, columns), min(TILE, rows))
-    pipeline = gpu.run(lambda device: PaperPipeline(device, request, tile, watch))
+    pipeline = make_pipeline(request, (columns, rows), min(TILE, columns), min(TILE, rows), watch)
 
     passes = {name: np.zeros((rows, columns, len(PASS_CHANNELS[name])), np.float32) for name in settings.passes}
     counts = np.zeros(len(Status), np.int64)
     steps = [0, 0.0]
     x_corner, y_corner, _, _ = scene.camera.pixel_box
-    jobs = [
-        (x, y, sample)
-        for y in range(0, rows, TILE)
-        for x in range(0, columns, TILE)
-        for sample in range(settings.samples)
-    ]
+    pixels, total = 0, columns * rows * settings.samples
     begin = time.perf_counter()
-    for number, (x, y, sample) in enumerate(jobs):
-        width, height = min(TILE, columns - x), min(TILE, rows - y)
+    for x, y, width, height, sample in jobs(columns, rows, settings.samples, pipeline.tile_size):
         u, v = sample_offset(sample, settings.samples)
 
-        def report(fraction: float, done: int = number) -> None:
+        def report(fraction: float, done: int = pixels, more: int = width * height) -> None:
             if progress is not None:
-                part = (done + fraction) / len(jobs)
+                part = (done + fraction * more) / total
                 progress(part, remaining(time.perf_counter() - begin, part))
 
         ends = _trace_tile(pipeline, width, height, (x_corner + x + u, y_corner + y + v), report, cancelled)
         store(passes, ends, scene, (slice(y, y + height), slice(x, x + width)), sample, settings.samples)
+        pixels += width * height
         counts += np.bincount(ends.velocity[..., 3].astype(np.int64).ravel(), minlength=len(Status))
         if ends.tally is not None:
             steps[0] = max(steps[0], int(ends.tally[..., 1].max()))
@@ -147,22 +144,27 @@ def trace_rays(
     scene = Scene(camera, model) if scene is None else replace(scene, camera=camera, model=model)
     folded = [_folded(rays, rows, columns) for rays in (positions, directions)]
     asked = {"steps", "drift"} | ({"error"} if settings.step_control != "constant" else set())
-    packed = pack(scene, groups=settings.cull_batches)
+    packed = pack_for(scene, settings)
     reach = float(np.linalg.norm(positions, axis=1).max())
     request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
-    pipeline = gpu.run(lambda device: PaperPipeline(device, request, (columns, rows), Stopwatch()))
-    ends = _trace_tile(pipeline, columns, rows, (0.0, 0.0), lambda fraction: None, cancelled)
+    pipeline = make_pipeline(request, (columns, rows), columns, rows, Stopwatch())
+    whole = TileEnds(*(np.empty((rows, columns, 4), np.float32) for _ in range(2)))
+    whole.tally = np.empty_like(whole.position)
+    for x, y, width, height, _ in jobs(columns, rows, 1, pipeline.tile_size):
+        ends = _trace_tile(pipeline, width, height, (x, y), lambda fraction: None, cancelled)
+        for name in ("position", "velocity", "tally"):
+            getattr(whole, name)[y : y + height, x : x + width] = getattr(ends, name)
 
     def flat(values: np.ndarray) -> np.ndarray:
         return values.reshape(rows * columns, -1)[:n]
 
-    velocity = flat(ends.velocity)
+    velocity = flat(whole.velocity)
     length = np.linalg.norm(velocity[:, :3].astype(np.float64), axis=1, keepdims=True)
-    tally = flat(ends.tally)
+    tally = flat(whole.tally)
     return RayEnds(
-        position=flat(ends.position)[:, :3],
+        position=flat(whole.position)[:, :3],
         direction=(velocity[:, :3] / np.maximum(length, 1e-300)).astype(np.float32),
-        parameter=flat(ends.position)[:, 3],
+        parameter=flat(whole.position)[:, 3],
         status=velocity[:, 3].astype(np.int32),
         steps=tally[:, 1].astype(np.int32),
         invariant_drift=tally[:, 3],
@@ -180,7 +182,9 @@ def check(scene: Scene, settings: Settings) -> None:
         )
     if not (math.isfinite(scene.placement.scale) and scene.placement.scale > 0):
         raise SceneError(f"The model's scale is {scene.placement.scale:g}, but must be positive. Change Scale.")
-    if not np.isfinite(scene.camera.world_from_camera).all() or not np.isfinite(scene.placement.position).all():
+    placement, camera = scene.placement, scene.camera
+    places = (camera.world_from_camera, camera.window, placement.position, placement.rotation)
+    if not all(np.isfinite(place).all() for place in places):
         raise SceneError("The camera's or the model's place is not a number. Clear its transform or its drivers.")
     if "Error" in settings.passes and settings.step_control == "constant":
         raise SettingsError("Pass 'Error' needs a step control that estimates it. Set Step Control to Step Doubling.")
@@ -201,6 +205,35 @@ def check_memory(columns: int, rows: int, settings: Settings, packed: Packed) ->
         )
 
 
+def pack_for(scene: Scene, settings: Settings) -> Packed:
+    """What the chosen pipeline reads of the scene."""
+    fused = settings.pipeline == "fused"
+    return pack(scene, groups=settings.cull_batches and not fused, tree=fused)
+
+
+def make_pipeline(request: Request, size: tuple[int, int], columns: int, rows: int, watch: Stopwatch):
+    """The chosen pipeline for a picture of this size; the paper's works on tiles of columns x rows."""
+    if request.settings.pipeline == "fused":
+        return gpu.run(lambda device: FusedPipeline(device, request, size, watch))
+    return gpu.run(lambda device: PaperPipeline(device, request, (columns, rows), watch))
+
+
+def jobs(
+    columns: int, rows: int, samples: int, tile_size: Callable[[], tuple[int, int]]
+) -> Iterator[tuple[int, int, int, int, int]]:
+    """Tiles that cover a picture, as x, y, width, height and sample. Each is as large as tile_size() says by then; those
+    of a row are of one height.
+    """
+    y = height = 0
+    while (y := y + height) < rows:
+        height = min(tile_size()[1], rows - y)
+        x = width = 0
+        while (x := x + width) < columns:
+            width = min(tile_size()[0], columns - x)
+            for sample in range(samples):
+                yield x, y, width, height, sample
+
+
 def make_request(
     scene: Scene,
     settings: Settings,
@@ -213,10 +246,14 @@ def make_request(
 ) -> Request:
     """Gather what the pipeline needs. reach : how far from the model's centre rays begin, model lengths."""
     model, placement = scene.model, scene.placement
+    if settings.observer not in model.observers:
+        raise SettingsError(
+            f"Model '{model.name}' has no observer '{settings.observer}'. Choose one of {model.observers}."
+        )
     if reach is None:
         reach = float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
     # A little more than the objects reach, so that rounding puts none of them outside.
-    radius = settings.escape_radius or max(model.flat_radius(), 1.01 * packed.bounds_radius, 1e-6)
+    radius = settings.escape_radius or max(model.escape_radius(reach), 1.01 * packed.bounds_radius, 1e-6)
     step = settings.step or model.default_step()
     if not model.curved:  # one chord from the camera to the far side of the bounding sphere
         radius = max(1.01 * packed.bounds_radius, 1e-6)
@@ -226,36 +263,55 @@ def make_request(
         settings = replace(
             settings, integrator="euler", step_control="constant", segments=1, steps_per_segment=1, max_steps=1
         )
+    if model.own_integrator():  # it estimates no error, and its refractions would look like errors to step doubling
+        settings = replace(settings, step_control="constant")
     values: dict[str, object] = dict(model.uniforms())
     values |= camera
     values["u_ambient"] = tuple(scene.ambient)
     values["u_light_count"] = packed.light_count
     values["u_sky_color"] = tuple(scene.environment.color)
     values["u_world_from_model"] = _column_major(placement.rotation)
-    observer = settings.observer if model.has_static_frame else "chart"
+    values["u_observer_velocity"] = tuple(placement.directions_to_model(settings.observer_velocity))
+    observer = settings.observer
+    if observer == "static" and not model.has_static_frame:
+        observer = "chart"
+    far_sky = scene.far_environment if model.has_far_side and "color" in outputs else None
+    if far_sky is not None:
+        values["u_far_sky_color"] = tuple(far_sky.color)
+        far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
+    model_flags = model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
-        model=ModelShader(model.shader_files(), model.flags(), model.generated(), model.textures()),
-        integrator=integrator_shader(model.own_integrator() or settings.integrator),
+        model=ModelShader(model.shader_files(), model_flags, model.generated(), model.textures()),
+        integrator=integrator_shader(model.own_integrator() or settings.integrator, settings.pipeline == "fused"),
         observer=observer,
         packed=packed,
-        cube=scene.environment.faces if "color" in outputs else None,
+        cube=finite_sky(scene.environment.faces) if "color" in outputs else None,
         uniforms=values,
         first_step=step,
+        smallest_step=1e-6 * min(step, model.default_step()),
         escape_radius=radius,
         outputs=outputs,
         rays=rays,
+        flat_frame=not model.has_static_frame and (observer == "moving" or "frequency" in outputs),
+        far_sky=far_sky,
+        straight=not model.curved,
     )
 
 
-def integrator_shader(name: str) -> IntegratorShader:
-    """Files for the simple methods, printed text for the tableaus."""
+def finite_sky(faces: np.ndarray | None) -> np.ndarray | None:
+    """Faces without NaN and infinity, which EXR files may hold and filtering would spread."""
+    return None if faces is None else np.nan_to_num(faces, nan=0.0, posinf=BRIGHTEST, neginf=0.0)
+
+
+def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
+    """Files for the simple methods, printed text for the tableaus. continued : as integrators/continued.glsl has it"""
     tableau = TABLEAUS.get(name)
     if tableau is None:
-        return IntegratorShader(files=(f"integrators/{name}",))
+        return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))
     order = 0 if tableau.embedded is None else tableau.embedded_order + 1
-    return IntegratorShader(generated=((f"integrators/{name}", tableau.as_glsl()),), error_order=order)
+    return IntegratorShader(generated=((f"integrators/{name}", tableau.as_glsl(continued)),), error_order=order)
 
 
 def camera_uniforms(scene: Scene) -> dict[str, object]:
@@ -303,6 +359,8 @@ def store(passes: dict, ends: TileEnds, scene: Scene, where: tuple[slice, slice]
         values["Depth"] = np.where(hit, ends.tally[..., 0:1], 1e10)  # Blender's depth of the background
         values["Steps"] = ends.tally[..., 1:2]
         values["Error"] = ends.tally[..., 2:3]
+    if ends.frequency is not None:
+        values["Frequency Shift"] = ends.frequency[..., 0:1]
     for name in passes:
         if name != "Combined" and name in values:
             passes[name][where] = values[name]
@@ -320,6 +378,8 @@ def left_out(request: Request) -> tuple[str, ...]:
         "integration": request.settings.max_steps == 1,
         "step control": request.settings.step_control == "constant",
         "observer": request.observer == "chart",
+        "sky of the far side": request.far_sky is None,
+        "frequency shift": "frequency" not in request.outputs,
         "surface passes": "surface" not in request.outputs,
         "tally of steps and errors": not request.outputs & {"depth", "steps", "error", "drift"},
     }

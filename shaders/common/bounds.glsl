@@ -1,9 +1,19 @@
 // Provides the bounding sphere of Section 4.1: it holds all objects and lies in almost flat space.
 
 vec3 ray_direction(RayState s);
+#ifdef FAR_SIDE
+RayState own_side(RayState s);  // the state in the chart of the side that it is on
+#endif
 
 uniform float u_escape_radius;
 
 bool outside(RayState s) {
+#ifdef FAR_SIDE
+    s = own_side(s);
+#endif
     return dot(s.x, s.x) > u_escape_radius * u_escape_radius && dot(s.x, ray_direction(s)) > 0.0;
+}
+
+float bounding_radius() {
+    return u_escape_radius;
 }

@@ -3,3 +3,9 @@
 bool finite(vec3 a) {
     return dot(a, a) < 3.0e38;
 }
+
+// a with length 1, or the other where a has none.
+vec3 unit_or(vec3 a, vec3 other) {
+    float length_squared = dot(a, a);
+    return length_squared > 1.0e-30 ? a * inversesqrt(length_squared) : other;
+}

@@ -27,3 +27,25 @@ struct Hit {
     int material;
     float object_index;
 };
+#ifdef CHORDS
+
+struct Curve {  // a piece of a ray
+    vec3 a;       // t = 0
+    vec3 b;       // t = 1
+    vec3 first;   // x(t) = a + t (first + t (second + t third))
+    vec3 second;
+    vec3 third;
+};
+#endif
+#ifdef TREE
+
+struct Probe {     // the straight way, thick by a radius, as the slabs of a box are compared with it
+    vec3 to_low;   // where it starts, for a box's low corner
+    vec3 to_high;  // the same for the high one
+    vec3 inverse;  // 1 / its length along each axis
+    float begin;   // fractions of it that count
+    float end;
+};
+
+const float MISSED = 1.0e37;  // a fraction of the way that is not on it
+#endif

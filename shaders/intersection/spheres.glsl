@@ -2,34 +2,39 @@
 // Five texels a sphere: centre and radius; material and object index; the sphere's three axes.
 
 uniform sampler2D u_spheres;
+#ifndef TREE
 uniform int u_first;
 uniform int u_count;
+#endif
 
+// along : of the segment;  inverse : 1 / its length squared
+void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit, inout bool met) {
+    vec4 sphere = texel(u_spheres, 5 * index);
+    vec3 to_centre = sphere.xyz - from;
+    float closest = dot(to_centre, along) * inverse;  // fraction of the point nearest to the centre
+    vec3 gap = to_centre - closest * along;
+    float under_root = (sphere.w * sphere.w - dot(gap, gap)) * inverse;
+    float half_chord = sqrt(under_root);
+    float t = closest - half_chord;
+    if (t < 0.0) t = closest + half_chord;  // the segment begins inside
+    if (under_root >= 0.0 && t >= 0.0 && t < hit.fraction) {
+        hit.fraction = t;
+        hit.primitive = index;
+        met = true;
+    }
+}
+
+#ifndef TREE
 bool first_hit(Segment segment, inout Hit hit) {
     bool met = false;
     vec3 along = segment.b - segment.a;
-    float length_squared = dot(along, along);
-    float inverse = 1.0 / length_squared;
-    for (int i = u_first; i < u_first + u_count; ++i) {
-        vec4 sphere = texel(u_spheres, 5 * i);
-        vec3 to_centre = sphere.xyz - segment.a;
-        float closest = dot(to_centre, along) * inverse;  // fraction of the point nearest to the centre
-        vec3 gap = to_centre - closest * along;
-        float under_root = (sphere.w * sphere.w - dot(gap, gap)) * inverse;
-        if (!(under_root >= 0.0)) continue;
-        float half_chord = sqrt(under_root);
-        float t = closest - half_chord;
-        if (t < 0.0) t = closest + half_chord;  // the segment begins inside
-        if (t >= 0.0 && t < hit.fraction) {
-            hit.fraction = t;
-            hit.primitive = i;
-            met = true;
-        }
-    }
+    float inverse = 1.0 / dot(along, along);
+    for (int i = u_first; i < u_first + u_count; ++i) meet_sphere(i, segment.a, along, inverse, hit, met);
     return met;
 }
+#endif
 
-void complete_hit(Segment segment, inout Hit hit) {
+void complete_sphere_hit(Segment segment, inout Hit hit) {
     vec4 sphere = texel(u_spheres, 5 * hit.primitive);
     vec4 indices = texel(u_spheres, 5 * hit.primitive + 1);
     hit.material = int(indices.x);
@@ -49,3 +54,9 @@ void complete_hit(Segment segment, inout Hit hit) {
 #endif
     hit.normal = dot(outward, hit.view) < 0.0 ? -outward : outward;
 }
+
+#ifndef TREE
+void complete_hit(Segment segment, inout Hit hit) {
+    complete_sphere_hit(segment, hit);
+}
+#endif

@@ -4,8 +4,10 @@
 
 uniform sampler2D u_triangles;
 uniform sampler2D u_corners;  // normals and uvs, four texels a triangle
+#ifndef TREE
 uniform int u_first;
 uniform int u_count;
+#endif
 
 void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
     vec3 edge1 = texel(u_triangles, 3 * index + 1).xyz;
@@ -28,6 +30,7 @@ void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
     }
 }
 
+#ifndef TREE
 #ifdef CULL_GROUPS
 const int GROUP_SIZE = 16;
 uniform sampler2D u_triangle_groups;  // centre, radius squared
@@ -55,8 +58,9 @@ bool first_hit(Segment segment, inout Hit hit) {
 #endif
     return met;
 }
+#endif
 
-void complete_hit(Segment segment, inout Hit hit) {
+void complete_triangle_hit(Segment segment, inout Hit hit) {
     vec4 c0 = texel(u_corners, 4 * hit.primitive);
     vec4 c1 = texel(u_corners, 4 * hit.primitive + 1);
     vec4 c2 = texel(u_corners, 4 * hit.primitive + 2);
@@ -66,9 +70,16 @@ void complete_hit(Segment segment, inout Hit hit) {
     hit.object_index = texel(u_triangles, 3 * hit.primitive + 1).w;
     hit.view = normalize(segment.a - segment.b);
     hit.position = mix(segment.a, segment.b, hit.fraction);
-    hit.normal = normalize(weights.x * c0.xyz + weights.y * c1.xyz + weights.z * c2.xyz);
     vec3 edge1 = texel(u_triangles, 3 * hit.primitive + 1).xyz;
     vec3 edge2 = texel(u_triangles, 3 * hit.primitive + 2).xyz;
-    if (dot(cross(edge1, edge2), hit.view) < 0.0) hit.normal = -hit.normal;  // seen from behind
+    vec3 face = cross(edge1, edge2);
+    hit.normal = unit_or(weights.x * c0.xyz + weights.y * c1.xyz + weights.z * c2.xyz, unit_or(face, hit.view));
+    if (dot(face, hit.view) < 0.0) hit.normal = -hit.normal;  // seen from behind
     hit.uv = weights.x * vec2(c0.w, c1.w) + weights.y * vec2(c2.w, c3.x) + weights.z * c3.yz;
 }
+
+#ifndef TREE
+void complete_hit(Segment segment, inout Hit hit) {
+    complete_triangle_hit(segment, hit);
+}
+#endif

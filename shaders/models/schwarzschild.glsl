@@ -29,7 +29,8 @@ bool absorbed(RayState s) {
 
 // A quarter of the radius: a ray that falls in meets the horizon's inside before it is through.
 float longest_step(RayState s) {
-    return 0.25 * length(s.x) / max(length(s.v), 1e-30);
+    if (dot(s.x, s.v) > 0.0 && dot(s.x, s.x) > 16.0 * u_mass * u_mass) return 1.0e30;
+    return 0.5 * length(s.x) / max(length(s.v), 1e-30);
 }
 
 // Conserved: E^2 = |v|^2 - 2 M h^2 / r^3 (with E the energy at infinity), and the vector h.
@@ -45,4 +46,9 @@ vec3 static_frame(vec3 x, vec3 direction) {
     float radial = dot(direction, outward);
     float shrink = sqrt(max(1.0 - 2.0 * u_mass / length(x), 0.0));
     return direction + (shrink - 1.0) * radial * outward;
+}
+
+// sqrt(-g_tt): the rate of a clock at rest against one at infinity.
+float clock_rate(vec3 x) {
+    return sqrt(max(1.0 - 2.0 * u_mass / length(x), 0.0));
 }

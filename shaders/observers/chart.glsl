@@ -1,5 +1,19 @@
-// Provides chart_direction() of the paper's camera: its directions are those of the chart.
+// Provides the paper's camera: its directions are those of the chart. The light is as blue as for an observer at rest.
+
+RayState initial_state(vec3 x, vec3 d);  // the model's
 
 vec3 chart_direction(vec3 x, vec3 direction) {
     return direction;
 }
+
+RayState first_state(vec3 x, vec3 direction) {
+    return initial_state(x, direction);
+}
+#ifdef FREQUENCY
+
+float clock_rate(vec3 x);  // of a clock at rest, against one at infinity
+
+float frequency_shift(vec3 x, vec3 direction) {
+    return 1.0 / clock_rate(x);
+}
+#endif

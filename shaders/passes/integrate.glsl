@@ -1,18 +1,16 @@
 // Ray integration, Section 3.2: up to u_steps steps of the ODE, then one chord is handed to the intersection.
 // With constant steps it is drawn with (n, h); step doubling draws it with (n, h) and with (2n, h/2). Where the method
-// estimates its own error, every single step adapts, and the chord ends early where the ray has turned too far for one.
+// estimates its own error, every single step adapts, and the chord ends early where the ray strays too far from it.
 
 Step advance(RayState s, float h);  // one step of the integrator
 bool absorbed(RayState s);          // the model swallowed the ray
 #ifdef EMBEDDED
-vec3 ray_direction(RayState s);     // unit: the way the ray goes
 float adapted_step(float h, float error, float error_before);  // the next step size, from the last two estimates
 bool accepted(float error);                                    // whether a step stands
 float first_error();                                           // what stands for the estimate before the first step
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
 
 uniform float u_smallest_step;
-uniform float u_chord_cosine;  // of the angle that a ray may turn by within one chord
 #endif
 
 uniform sampler2D u_x;  // x, tau
@@ -27,6 +25,19 @@ uniform sampler2D u_effort;
 out vec4 out_effort;  // summed error estimate, steps
 #endif
 
+#ifdef CHORDS
+vec3 ray_direction(RayState s);  // unit: the way the ray goes
+
+uniform float u_chord_tolerance;  // radians
+
+// How far the ray from a to b strays from its chord, a fraction of what is allowed: an angle, seen from the camera, tau
+// of way from b.
+float sagitta_excess(RayState a, RayState b, float tau) {
+    float sagitta = 0.125 * length(b.x - a.x) * length(ray_direction(b) - ray_direction(a));
+    return sagitta / (u_chord_tolerance * max(tau * length(b.v), 1e-30));
+}
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 x = texelFetch(u_x, pixel, 0);
@@ -37,14 +48,22 @@ void main() {
     float tau = x.w;
     float error_before = first_error();
     float summed_error = 0.0;
-    vec3 first_direction = ray_direction(s);
     int taken = 0;
+#ifdef CHORDS
+    RayState first = s;
+#endif
     for (; taken < u_steps; ++taken) {
         if (absorbed(s)) break;
         h = min(h, longest_step(s));
         Step attempt = advance(s, h);
         bool stands = accepted(attempt.error);
         float next = adapted_step(h, attempt.error, error_before);
+#ifdef CHORDS
+        // The sagitta grows with the square of the step. One step alone has to be a good enough chord.
+        float excess = sagitta_excess(s, attempt.state, tau + h);
+        next = min(next, h * inversesqrt(max(excess, 0.04)));
+        if (excess > 1.5) stands = false;
+#endif
         if (stands) {
             s = attempt.state;
             tau += h;
@@ -57,10 +76,13 @@ void main() {
             h = -h;
             break;
         }
-        if (dot(ray_direction(s), first_direction) < u_chord_cosine) {
+#ifdef CHORDS
+        // With as much way again its sagitta would be four times as large.
+        if (sagitta_excess(first, s, tau) > 0.25) {
             ++taken;
             break;
         }
+#endif
     }
     out_x = vec4(s.x, tau);
     out_v = vec4(s.v, h);

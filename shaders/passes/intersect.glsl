@@ -1,5 +1,6 @@
 // Ray-object intersection and local illumination, Sections 3.3 and 3.4, in one program as in the paper: one segment of
-// every ray against one batch of objects. The depth of a hit is the segment's index plus the fraction along it.
+// every ray against one batch of objects. The depth of a hit is the segment's index plus the fraction along it; the
+// fraction is kept beside it, since the sum rounds it: batches must not make a difference, and places keep their digits.
 
 bool first_hit(Segment segment, inout Hit hit);    // the batch's first object with a fraction below hit.fraction
 void complete_hit(Segment segment, inout Hit hit);  // position, normal, uv, material of that hit
@@ -20,19 +21,19 @@ out vec4 out_surface;  // normal, object index
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float depth = texelFetch(u_depth_before, pixel, 0).x;
+    vec2 depth = texelFetch(u_depth_before, pixel, 0).xy;
     Segment segment = Segment(texelFetch(u_x_before, pixel, 0).xyz, texelFetch(u_x, pixel, 0).xyz);
     Hit hit;
-    hit.fraction = clamp(depth - u_segment, 0.0, 1.0);
+    hit.fraction = depth.x < NO_HIT ? depth.y : 1.0;
     if (first_hit(segment, hit)) {
         complete_hit(segment, hit);
-        out_depth = vec4(u_segment + hit.fraction);
+        out_depth = vec4(u_segment + hit.fraction, hit.fraction, 0.0, 0.0);
         out_color = shade(hit);
 #ifdef SURFACE_PASSES
         out_surface = vec4(hit.normal, hit.object_index);
 #endif
     } else {
-        out_depth = vec4(depth);
+        out_depth = vec4(depth, 0.0, 0.0);
         out_color = texelFetch(u_color_before, pixel, 0);
 #ifdef SURFACE_PASSES
         out_surface = texelFetch(u_surface_before, pixel, 0);

@@ -14,6 +14,7 @@ uniform sampler2D u_full_v;
 uniform sampler2D u_half_x;  // after 2n steps of h/2
 uniform sampler2D u_half_v;
 uniform float u_smallest_step;
+uniform int u_steps;  // n: steps of h a segment
 
 out vec4 out_x;
 out vec4 out_v;
@@ -22,6 +23,11 @@ uniform sampler2D u_effort;
 uniform float u_steps_a_segment;
 out vec4 out_effort;  // summed error estimate, steps
 #endif
+
+// The model's bound holds for one step; a segment of n of them may go twice as far and so never past the centre.
+float longest_in_segment(RayState s) {
+    return longest_step(s) * min(2.0 / float(u_steps), 1.0);
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -35,14 +41,14 @@ void main() {
     // Where both results lie in the absorbing region, how far they got in it means nothing.
     float error = absorbed(full) && absorbed(half_steps) ? 0.0 : angular_error(start, half_steps, full.x - half_steps.x, full.v - half_steps.v);
     float h = next_step(v.w, error);
-    bool stands = accepted(error);
+    bool stands = accepted(error) && v.w <= 1.001 * longest_in_segment(start);
     // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
     if (!stands && h < u_smallest_step) h = -h;
 
     RayState s = start;
     if (stands) s = half_steps;
     out_x = vec4(s.x, stands ? half_x.w : x.w);
-    out_v = vec4(s.v, min(h, longest_step(s)));
+    out_v = vec4(s.v, min(h, longest_in_segment(s)));
 #ifdef EFFORT
     out_effort = texelFetch(u_effort, pixel, 0) + vec4(stands ? error : 0.0, u_steps_a_segment, 0.0, 0.0);
 #endif

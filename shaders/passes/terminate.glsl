@@ -4,12 +4,21 @@
 
 bool absorbed(RayState s);
 bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
-#ifdef DRIFT
+vec3 ray_direction(RayState s);
+#ifdef FAR_SIDE
+RayState own_side(RayState s);  // the state in the chart of the side that it is on
+#endif
+#ifdef FROM_START
 void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);
-vec3 chart_direction(vec3 x, vec3 direction);
-RayState initial_state(vec3 x, vec3 d);
-vec4 invariants(RayState s);  // what the model conserves
 uniform vec2 u_pixel_offset;
+#endif
+#ifdef DRIFT
+RayState first_state(vec3 x, vec3 direction);
+vec4 invariants(RayState s);  // what the model conserves
+#endif
+#ifdef FREQUENCY
+float frequency_shift(vec3 x, vec3 direction);  // of light from infinity, seen by the observer
+float clock_rate(vec3 x);                       // of a clock at rest, against one at infinity
 #endif
 
 uniform sampler2D u_x_before;
@@ -19,7 +28,7 @@ uniform float u_segment;
 uniform bool u_last_segment;
 
 out vec4 out_x;  // where it ended, tau
-out vec4 out_v;  // v there, status
+out vec4 out_v;  // unit direction there, status
 #ifdef GEOMETRY
 uniform sampler2D u_depth;
 uniform sampler2D u_color;
@@ -31,6 +40,9 @@ out vec4 out_surface;
 #endif
 #ifdef TALLY
 out vec4 out_tally;  // depth, steps, error estimate, drift of the invariants
+#endif
+#ifdef FREQUENCY
+out vec4 out_frequency;  // seen, as a multiple of that emitted at rest; 0 where no light comes from
 #endif
 #ifdef EFFORT
 uniform sampler2D u_effort;  // summed error estimate, steps
@@ -52,10 +64,11 @@ void main() {
 
     vec4 before = texelFetch(u_x_before, pixel, 0);
 #ifdef GEOMETRY
-    float depth = texelFetch(u_depth, pixel, 0).x;
-    if (depth < u_segment + 1.0) {
+    vec2 found = texelFetch(u_depth, pixel, 0).xy;
+    float depth = found.x;
+    if (depth < NO_HIT) {
         status = HIT;
-        x = mix(before, x, depth - u_segment);
+        x = mix(before, x, found.y);
     }
 #else
     float depth = u_segment + 1.0;
@@ -63,15 +76,29 @@ void main() {
     if (status == RUNNING) discard;
     if (status == NOT_FINITE) {  // the last point that was still a number
         x = before;
-        v = vec4(0.0);
+        out_v = vec4(0.0, 0.0, 0.0, status);
+    } else {
+#ifdef FAR_SIDE
+        out_v = vec4(ray_direction(own_side(s)), status);
+#else
+        out_v = vec4(ray_direction(s), status);
+#endif
     }
     out_x = x;
-    out_v = vec4(v.xyz, status);
 #ifdef GEOMETRY
     out_color = texelFetch(u_color, pixel, 0);
 #endif
 #ifdef SURFACE_PASSES
     out_surface = status == HIT ? texelFetch(u_surface, pixel, 0) : vec4(0.0);
+#endif
+#ifdef FROM_START
+    vec3 origin, direction;
+    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
+#endif
+#ifdef FREQUENCY
+    float shift = status == ABSORBED || status == NOT_FINITE ? 0.0 : frequency_shift(origin, direction);
+    if (status == HIT) shift *= clock_rate(x.xyz);
+    out_frequency = vec4(shift);
 #endif
 #ifdef TALLY
     float drift = 0.0;
@@ -81,9 +108,7 @@ void main() {
     vec2 effort = vec2(0.0, u_steps_taken);
 #endif
 #ifdef DRIFT
-    vec3 origin, direction;
-    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
-    vec4 first = invariants(initial_state(origin, chart_direction(origin, direction)));
+    vec4 first = invariants(first_state(origin, direction));
     vec4 change = abs(invariants(s) - first);
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))

@@ -29,9 +29,10 @@ class Model:
     options: ClassVar[tuple[Option, ...]] = ()
     texts: ClassVar[tuple[Text, ...]] = ()
     extras: ClassVar[tuple[str, ...]] = ()  # names of array arguments, e.g. centres: see the model
-    observers: ClassVar[tuple[str, ...]] = ("chart", "static")
+    observers: ClassVar[tuple[str, ...]] = ("chart", "static", "moving")
     curved: ClassVar[bool] = True  # False: rays are straight and nothing is integrated
-    has_static_frame: ClassVar[bool] = False  # the GLSL defines static_frame(): space itself is curved
+    has_static_frame: ClassVar[bool] = False  # the GLSL defines static_frame(), clock_rate(): spacetime is curved
+    has_far_side: ClassVar[bool] = False  # the GLSL defines far_side() and own_side(): rays may end in another world
 
     def __init__(self, **values):
         named = {entry.name: entry for entry in (*self.parameters, *self.options, *self.texts)}
@@ -79,6 +80,10 @@ class Model:
     def flat_radius(self) -> float:
         """Outside this radius (model lengths) rays count as straight: the smallest bounding sphere of Section 4.1."""
         raise NotImplementedError
+
+    def escape_radius(self, reach: float) -> float:
+        """Where a ray that begins at the radius `reach` may count as straight, model lengths."""
+        return self.flat_radius()
 
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
         """Why this observer cannot exist at this position ((3,), model space); None where it can."""

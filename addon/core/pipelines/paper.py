@@ -14,7 +14,6 @@ termination is on, the early z test then keeps every other pass from it.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Set
 from dataclasses import dataclass, replace
@@ -30,6 +29,8 @@ LONGEST_DRAW = 0.05  # seconds that one draw may take; display drivers kill draw
 TRIAL_BATCH = 32  # objects drawn to find out how long an object takes
 LARGEST_BATCH = 65536
 ALIVE_CHECK = 8  # segments between two questions whether any ray is still alive
+STEP_SHARE = 0.1  # of the ray's tolerance, for one step: measured, errors of some fifty steps sum up to ten of them
+SMALLEST_TOLERANCE = 1e-7  # float32's rounding of one step: an estimate below it is noise
 MARKER = (1.0, 0.0, 1.0, 1.0)
 CLIPPED_HALF = 65504.0
 
@@ -86,6 +87,9 @@ class PaperPipeline:
         self.device, self.request, self.settings = device, request, request.settings
         self.tile = tile
         self.doubling = self.settings.step_control == "doubling"
+        taken = 3 if self.doubling else 1  # for each step of a segment: h, and twice h/2
+        self.steps = min(self.settings.steps_per_segment, max(1, self.settings.max_steps // taken))
+        self.segments = max(1, min(self.settings.segments, self.settings.max_steps // (taken * self.steps)))
         self._choose_programs()
         with watch.stage("compile"):
             for choice in self.choices():
@@ -100,7 +104,9 @@ class PaperPipeline:
 
     def _choose_programs(self) -> None:
         request, packed, asked = self.request, self.request.packed, self.request.outputs
-        camera, observer = f"camera/{request.camera}", f"observers/{request.observer}"
+        camera, observer = f"camera/{request.camera}", [f"observers/{request.observer}"]
+        if request.flat_frame:
+            observer.append("observers/flat")
         self.has_objects = bool(packed.triangle_count or packed.sphere_count)
         flags = set()
         if self.has_objects:
@@ -110,26 +116,31 @@ class PaperPipeline:
         if self.settings.step_control != "constant" and asked & {"steps", "error"}:
             flags.add("EFFORT")
         if self.settings.step_control == "embedded":
-            flags.add("EMBEDDED")
+            flags |= {"EMBEDDED", "CHORDS"} if self.has_objects else {"EMBEDDED"}
         if asked & {"depth", "steps", "error", "drift"}:
             flags.add("TALLY")
         if "drift" in asked:
-            flags.add("DRIFT")
+            flags |= {"DRIFT", "FROM_START"}
+        if "frequency" in asked:
+            flags |= {"FREQUENCY", "FROM_START"}
         self.flags = frozenset(flags)
 
-        self.setup = self._with_model("passes/ray_setup", camera, observer)
+        self.setup = self._with_model("passes/ray_setup", "common/ray_start", camera, *observer)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
         inside = control if "EMBEDDED" in flags else ()
         # Step doubling writes down the effort in its own pass, after both integrations.
-        noted = flags & {"EMBEDDED", "EFFORT"} if inside else set()
+        noted = flags & {"EMBEDDED", "EFFORT", "CHORDS"} if inside else set()
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
         self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT"})
-        from_start = (camera, observer) if "DRIFT" in flags else ()
+        from_start = (camera, *observer) if "FROM_START" in flags else ()
         self.terminate = self._with_model("passes/terminate", "common/bounds", *from_start, flags=flags)
         self.cull = Choice("passes/cull")
         sky = "environment/cube" if request.cube is not None else "environment/constant"
-        self.sky = self._with_model("passes/sky", sky, flags=flags & {"GEOMETRY"})
+        self.sky = Choice("passes/sky", (sky,), frozenset(flags & {"GEOMETRY"}))
+        if request.far_sky is not None:
+            far = "environment/far_constant" if request.far_sky.faces is None else "environment/far_cube"
+            self.sky = self._with_model("passes/sky", sky, far, flags=flags & {"GEOMETRY"} | {"FAR_SKY"})
         self.kinds = self._kinds()
 
     def _with_model(self, main: str, *files: str, flags: Set[str] = frozenset()) -> Choice:
@@ -181,7 +192,8 @@ class PaperPipeline:
         if self.request.rays is not None:
             for name, data in zip(("u_given_origins", "u_given_directions"), self.request.rays, strict=True):
                 self.camera_textures[name] = self.device.texture((data.shape[1], data.shape[0]), data)
-        self.sky_textures = {"u_sky": self.device.cube(self.request.cube)} if self.request.cube is not None else {}
+        skies = {"u_sky": self.request.cube, "u_far_sky": self.request.far_sky and self.request.far_sky.faces}
+        self.sky_textures = {name: self.device.cube(faces) for name, faces in skies.items() if faces is not None}
 
     def _model_texture(self, data: np.ndarray):
         """(rows, columns, 4) is a table of texels, (depth, rows, columns) a filtered volume."""
@@ -192,8 +204,8 @@ class PaperPipeline:
     @property
     def uploaded_bytes(self) -> int:
         textures = (*self.scene_textures.values(), *self.camera_textures.values())
-        cube = 0 if self.request.cube is None else self.request.cube.nbytes
-        return cube + sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in textures)
+        cubes = sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in self.sky_textures.values())
+        return cubes + sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in textures)
 
     def _make_targets(self) -> None:
         device, size = self.device, self.tile
@@ -217,7 +229,7 @@ class PaperPipeline:
             )
         if self.has_objects:
             surface = {"surface": 4} if "SURFACE_PASSES" in self.flags else {}
-            self.found = Pair(device, size, {"depth": 1, "color": 4} | surface, "f4", tested)
+            self.found = Pair(device, size, {"depth": 2, "color": 4} | surface, "f4", tested)
         ends = [name.removeprefix("out_") for name in device.program(self.terminate).outputs]
         self.end_textures = {name: device.texture(size) for name in ends}
         self.ends = device.target(self.end_textures, self.ended_depth)
@@ -226,6 +238,10 @@ class PaperPipeline:
         self.picture_target = device.target({"color": self.picture})
 
     # Drawing
+
+    def tile_size(self) -> tuple[int, int]:
+        """Columns and rows of the next tile: always the same, since its draws are kept short by their batches."""
+        return self.tile
 
     def _draw(self, choice: Choice, target, textures: dict, uniforms: dict, z: float = 0.5, write_depth=False) -> None:
         target.begin(self.viewport, write_depth)
@@ -249,9 +265,9 @@ class PaperPipeline:
         self.values = request.uniforms | {
             "u_pixel_offset": pixel_offset,
             "u_step": request.first_step,
-            "u_smallest_step": 1e-6 * request.first_step,
-            "u_tolerance": self.settings.tolerance,
-            "u_chord_cosine": math.cos(self.settings.chord_angle),
+            "u_smallest_step": request.smallest_step,
+            "u_tolerance": self._tolerance(),
+            "u_chord_tolerance": self.settings.chord_tolerance or self.settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
             "u_escape_radius": request.escape_radius,
         }
@@ -262,17 +278,22 @@ class PaperPipeline:
         with self.watch.stage("read"):
             return self._read()
 
+    def _tolerance(self) -> float:
+        """Radians that a segment of step doubling, or a single step of an embedded method, may be wrong by."""
+        if self.settings.step_control != "embedded":
+            return self.settings.tolerance
+        return max(STEP_SHARE * self.settings.tolerance, SMALLEST_TOLERANCE)
+
     def _trace(self, report: Callable[[float], None], stopped: Callable[[], bool]) -> bool:
         """Every segment of every ray of the tile; False where stopped() said so."""
         self.rays.reset()
         self._clear()
         self._draw(self.setup, self.setup_target, self.camera_textures, {})
         self.rays.swap()
-        segments = max(1, min(self.settings.segments, self.settings.max_steps // self.settings.steps_per_segment))
-        for segment in range(segments):
+        for segment in range(self.segments):
             if stopped():
                 return False
-            report(segment / segments)
+            report(segment / self.segments)
             checked = segment % ALIVE_CHECK == 0
             if checked:  # the driver queues draws; without this a cancel would wait for all of them
                 self.device.finish()
@@ -280,7 +301,7 @@ class PaperPipeline:
                 break
             for kind in self.kinds:
                 self._intersect(kind, segment)
-            self._terminate(segment, last=segment == segments - 1)
+            self._terminate(segment, last=segment == self.segments - 1)
         return True
 
     def _clear(self) -> None:
@@ -294,7 +315,7 @@ class PaperPipeline:
 
     def _advance(self, ask: bool) -> bool:
         """One segment for every ray. False where asked and no ray is left."""
-        steps = self.settings.steps_per_segment
+        steps = self.steps
         target = self.full if self.doubling else self.rays.write
         textures = self.rays.read()
         uniforms = {"u_steps": steps, "u_step_factor": 1.0}
@@ -309,7 +330,7 @@ class PaperPipeline:
         if self.doubling:
             self._draw(self.integrate, self.half, textures, {"u_steps": 2 * steps, "u_step_factor": 0.5})
             both = {f"u_{name}": texture for name, texture in self.results.items()}
-            evaluated = {"u_steps_a_segment": float(3 * steps)}  # n steps of h and 2 n of h/2
+            evaluated = {"u_steps": steps, "u_steps_a_segment": float(3 * steps)}  # n steps of h and 2 n of h/2
             self._draw(self.step_control, self.rays.write, textures | both, evaluated)
         self.rays.swap()
         return True
@@ -346,7 +367,7 @@ class PaperPipeline:
         uniforms = {
             "u_segment": float(segment),
             "u_last_segment": last,
-            "u_steps_taken": float((segment + 1) * self.settings.steps_per_segment),
+            "u_steps_taken": float((segment + 1) * self.steps),
         }
         textures = self.rays.read() | {"u_x_before": self.rays.before["x"]} | self.camera_textures
         if self.has_objects:
@@ -368,4 +389,4 @@ class PaperPipeline:
             self._draw(self.sky, self.picture_target, textures, {"u_failed_color": failed})
             color = read(self.picture, columns, rows)
         parts = {name: read(texture, columns, rows) for name, texture in self.end_textures.items() if name != "color"}
-        return TileEnds(parts["x"], parts["v"], color, parts.get("surface"), parts.get("tally"))
+        return TileEnds(parts["x"], parts["v"], color, parts.get("surface"), parts.get("tally"), parts.get("frequency"))

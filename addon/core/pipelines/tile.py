@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..scene import Environment
 from ..settings import Settings
 from ..textures import Packed
 
@@ -55,11 +56,15 @@ class Request:
 
     camera          "perspective", "orthographic" or "given"
     observer        file of observers/
+    flat_frame      whether observers/flat is needed, for a model without a frame at rest of its own
     packed          the scene's textures
     cube            float32, (6, size, size, 3), or None
-    uniforms        all values: model, camera, sky, ambient
+    far_sky         the sky of the far side, where it has one of its own
+    uniforms        all values: model, camera, observer, skies, ambient
+    straight        nothing bends the rays: one step of first_step takes them through everything
     rays            origins and directions, (rows, columns, 4) each, for the camera "given"
     first_step      h, model lengths
+    smallest_step   below it an adapted step counts as a failure, model lengths
     escape_radius   model lengths
     """
 
@@ -72,9 +77,13 @@ class Request:
     cube: np.ndarray | None
     uniforms: dict[str, object]
     first_step: float
+    smallest_step: float
     escape_radius: float
     outputs: frozenset[str] = field(default_factory=frozenset)
     rays: tuple[np.ndarray, np.ndarray] | None = None
+    flat_frame: bool = False
+    far_sky: Environment | None = None
+    straight: bool = False
 
 
 @dataclass(eq=False)
@@ -82,10 +91,11 @@ class TileEnds:
     """What the rays of a tile ended as; float32, (rows, columns, …), model space, row 0 at the bottom.
 
     position  (…, 4): where the ray ended or what it hit, and τ
-    velocity  (…, 4): v there, and the status
+    velocity  (…, 4): unit direction there (0 where it is not finite), and the status
     color     (…, 4): radiance, where asked for
     surface   (…, 4): the hit's normal and object index, where asked for
     tally     (…, 4): depth, steps, error estimate, drift of the invariants, where asked for
+    frequency (…, 4): of the light as the observer sees it, as a multiple of the emitted one, where asked for
     """
 
     position: np.ndarray
@@ -93,3 +103,4 @@ class TileEnds:
     color: np.ndarray | None = None
     surface: np.ndarray | None = None
     tally: np.ndarray | None = None
+    frequency: np.ndarray | None = None

@@ -1,0 +1,293 @@
+"""Triangles and spheres -> one flat tree of bounding boxes, for intersection/tree.glsl.
+
+Built in two rounds of the same binned surface area heuristic (Wald 2007), level by level, so that numpy works on all
+nodes of a level at once: primitives are first gathered in the cells of a coarse grid (as in HLBVH, Garanzha 2011); the
+upper tree parts the cells, the lower trees part the primitives of each cell. A cell holds one kind only, so that every
+leaf does, too.
+
+A node is four texels, both children's boxes with it, so that a ray reads one node to choose among two:
+
+    low corner of child 0, child 0 | high corner of child 0, count 0 | the same for child 1
+
+A count of 0 makes the child a node; n > 0 makes it a leaf of n triangles from row `child` on, n < 0 one of -n spheres.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+LEAF_SIZE = 4
+BINS = 8
+CELL_SIZE = 256  # primitives a cell of the grid holds on the surface of a body, about
+LARGEST_GRID = 5  # cells an axis: 2^5
+BATCH = 1 << 16  # primitives of the lower trees that are built together: as many as a processor's cache holds
+UPPER_LEVELS, LOWER_LEVELS = 18, 22  # below, boxes are halved by count: no tree is deeper than the shader's stack
+STACK_SIZE = UPPER_LEVELS + LOWER_LEVELS  # intersection/tree.glsl
+LARGEST_COUNT = 1 << 24  # rows that a float32 can tell apart
+NOWHERE = 3.0e30  # a box that no ray reaches: the missing child of a tree that is one leaf
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """nodes : float32, (n, 4, 4), see above; the root is node 0
+    triangles, spheres : the order that leaves count in, as rows of the arrays the tree was built from
+    bounds : float32, (2, 3), low and high corner of everything
+    """
+
+    nodes: np.ndarray
+    triangles: np.ndarray
+    spheres: np.ndarray
+    bounds: np.ndarray
+
+
+@dataclass(eq=False)
+class Forest:
+    """Binary trees over rows first … end - 1 of a permuted array; roots come first, children after their parents.
+
+    left, right : rows of the children, -1 in a leaf;  boxes : (6, nodes), low corners and negated high corners
+    """
+
+    first: np.ndarray
+    end: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    boxes: np.ndarray
+
+
+def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
+    """boxes : float32, (n, 2, 3), low and high corners, model space, finite. At least one of both kinds.
+    Raises ValueError where there are more primitives than a leaf can name.
+    """
+    boxes = np.concatenate([triangle_boxes, sphere_boxes])
+    n, triangle_count = len(boxes), len(triangle_boxes)
+    if not 0 < n <= LARGEST_COUNT:
+        raise ValueError(f"A tree holds 1 to {LARGEST_COUNT} triangles and spheres, not {n}. Use fewer.")
+    # Low corners and negated high corners: the union of boxes is one minimum.
+    boxes = np.concatenate([boxes[:, 0].T, -boxes[:, 1].T]).astype(np.float32, order="C")
+
+    cells = grid_cells(boxes, triangle_count)
+    order = np.argsort(cells, kind="stable")
+    boxes = boxes[:, order]
+    first = np.flatnonzero(np.diff(cells[order], prepend=-1))
+    end = np.append(first[1:], n)
+
+    order, lower = build_lower(boxes, order, first, end)
+    cell_boxes = lower.boxes[:, : len(first)]
+    cell_order, upper = grow(cell_boxes, np.array([0]), np.array([len(first)]), 1, UPPER_LEVELS)
+    is_sphere = order >= triangle_count
+    nodes = flatten(joined(upper, cell_order, lower), np.cumsum(is_sphere) - is_sphere, is_sphere)
+    bounds = upper.boxes[:, 0] * np.repeat(np.float32([1, -1]), 3)
+    return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, bounds.reshape(2, 3))
+
+
+def grid_cells(boxes: np.ndarray, triangle_count: int) -> np.ndarray:
+    """(n,), the Morton number of each box's cell; spheres have cells of their own."""
+    n = boxes.shape[1]
+    bits = min(max(math.ceil(math.log(n / CELL_SIZE, 4)), 0), LARGEST_GRID) if n > CELL_SIZE else 0
+    code = np.zeros(n, np.uint16)
+    centres = 0.5 * (boxes[:3] - boxes[3:])
+    low, high = centres.min(axis=1, keepdims=True), centres.max(axis=1, keepdims=True)
+    scale = np.float32(2**bits) / np.maximum(high - low, np.float32(1e-30))
+    places = np.minimum((centres - low) * scale, np.float32(2**bits - 1)).astype(np.uint16)
+    for axis in range(3):
+        for bit in range(bits):
+            code |= ((places[axis] >> bit) & 1) << np.uint16(3 * bit + axis)
+    code[triangle_count:] |= np.uint16(1 << 15)
+    return code.astype(np.int32) if bits == 0 else code
+
+
+def build_lower(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, Forest]:
+    """A tree for every cell, in batches on all processors; `order` as the leaves count."""
+    parts, begin = [], 0
+    while begin < len(first):  # cells of up to BATCH primitives together, or one larger cell
+        stop = max(begin + 1, int(np.searchsorted(end, first[begin] + BATCH, side="right")))
+        parts.append((begin, stop))
+        begin = stop
+
+    def work(part: tuple[int, int]) -> tuple[np.ndarray, Forest]:
+        low, high = first[part[0]], end[part[1] - 1]
+        cells = slice(*part)
+        return grow(boxes[:, low:high], first[cells] - low, end[cells] - low, LEAF_SIZE, LOWER_LEVELS)
+
+    with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
+        grown = list(pool.map(work, parts))
+    order = np.concatenate([order[first[b] : end[s - 1]][o] for (b, s), (o, _) in zip(parts, grown, strict=True)])
+    return order, gathered([forest for _, forest in grown], [first[b] for b, _ in parts], [s - b for b, s in parts])
+
+
+def gathered(forests: list[Forest], rows: list[int], roots: list[int]) -> Forest:
+    """Several forests as one, all their roots in front. rows : where each one's array begins in the whole."""
+    sizes = [len(forest.first) for forest in forests]
+    root_base = np.concatenate([[0], np.cumsum(roots)])
+    inner_base = root_base[-1] + np.concatenate([[0], np.cumsum(np.array(sizes) - roots)])
+    total = sum(sizes)
+    whole = Forest(*(np.empty(total, np.int64) for _ in range(4)), np.empty((6, total), np.float32))
+    for number, (forest, row, root_count) in enumerate(zip(forests, rows, roots, strict=True)):
+        places = np.arange(sizes[number]) + inner_base[number] - root_count
+        places[:root_count] = np.arange(root_count) + root_base[number]
+        whole.first[places] = forest.first + row
+        whole.end[places] = forest.end + row
+        whole.left[places] = np.where(forest.left < 0, -1, places[forest.left])
+        whole.right[places] = np.where(forest.left < 0, -1, places[forest.right])
+        whole.boxes[:, places] = forest.boxes
+    return whole
+
+
+def joined(upper: Forest, cell_order: np.ndarray, lower: Forest) -> Forest:
+    """The upper tree with the lower trees' roots in place of its leaves."""
+    inner = np.flatnonzero(upper.left >= 0)
+    place = np.empty(len(upper.first), np.int64)  # of an upper node: inner ones first, then all of the lower forest
+    place[inner] = np.arange(len(inner))
+    leaves = np.flatnonzero(upper.left < 0)
+    place[leaves] = len(inner) + cell_order[upper.first[leaves]]
+    below = np.where(lower.left < 0, -1, lower.left + len(inner))
+    return Forest(
+        np.concatenate([np.zeros(len(inner), np.int64), lower.first]),
+        np.concatenate([np.zeros(len(inner), np.int64), lower.end]),
+        np.concatenate([place[upper.left[inner]], below]),
+        np.concatenate([place[upper.right[inner]], np.where(lower.left < 0, -1, lower.right + len(inner))]),
+        np.concatenate([upper.boxes[:, inner], lower.boxes], axis=1),
+    )
+
+
+def grow(
+    boxes: np.ndarray, first: np.ndarray, end: np.ndarray, leaf_size: int, levels: int
+) -> tuple[np.ndarray, Forest]:
+    """Part every root's rows first … end - 1 until leaves hold leaf_size. Returns the order of rows, and the trees.
+
+    boxes : float32, (6, n);  the roots' ranges follow each other and cover all rows
+    """
+    n = boxes.shape[1]
+    order = np.arange(n)
+    boxes = boxes.copy()
+    made = [(first, end)]
+    children = []
+    node_boxes = [np.minimum.reduceat(boxes, first, axis=1)]
+    level_start = 0
+    for level in range(levels + 1):
+        wide = np.flatnonzero(end - first > leaf_size)
+        left = np.full(len(first), -1)
+        right = np.full(len(first), -1)
+        children.append((left, right))
+        if not len(wide):
+            break
+        first, end = first[wide], end[wide]
+        cut = part(boxes, order, first, end, leaf_size << min(levels - level, 40))
+        level_start += len(left)
+        left[wide] = level_start + 2 * np.arange(len(wide))
+        right[wide] = left[wide] + 1
+        first = np.stack([first, cut], axis=1).ravel()
+        end = np.stack([cut, end], axis=1).ravel()
+        made.append((first, end))
+        # Ranges that are parted lie between others that are not: every second result is of such a gap.
+        edges = np.stack([first, end], axis=1).ravel()
+        edges = edges[:-1] if edges[-1] == n else edges
+        node_boxes.append(np.minimum.reduceat(boxes, edges, axis=1)[:, ::2])
+    return order, Forest(
+        np.concatenate([f for f, _ in made]),
+        np.concatenate([e for _, e in made]),
+        np.concatenate([left for left, _ in children]),
+        np.concatenate([right for _, right in children]),
+        np.concatenate(node_boxes, axis=1),
+    )
+
+
+def part(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray, most: int) -> np.ndarray:
+    """Sort the rows of each range by place, in `boxes` and `order`, and say where to cut it.
+
+    most : rows that a part of a range may hold at most, twice what the levels that remain can hold
+    """
+    size = end - first
+    start = np.concatenate([[0], np.cumsum(size)])[:-1]
+    node = np.repeat(np.arange(len(first)), size)
+    rows = np.arange(len(node)) + np.repeat(first - start, size)
+    whole = len(rows) == boxes.shape[1]
+    mine = boxes if whole else boxes[:, rows]
+
+    # Bins along the longest side of the box around the centres.
+    centres = mine[:3] - mine[3:]
+    low = np.minimum.reduceat(centres, start, axis=1)
+    extent = np.maximum.reduceat(centres, start, axis=1) - low
+    axis = extent.argmax(axis=0)
+    nodes = np.arange(len(first))
+    longest = extent[axis, nodes]
+    scale = np.where(longest > 0, np.float32(BINS) / np.maximum(longest, np.float32(1e-30)), 0).astype(np.float32)
+    along = centres[0] if (axis == 0).all() else np.take_along_axis(centres, axis[node][None], axis=0)[0]
+    bins = (along - np.repeat(low[axis, nodes], size)) * np.repeat(scale, size)
+    key = np.minimum(bins, np.float32(BINS - 1)).astype(np.int32) + BINS * node
+    sort = np.argsort(key.astype(np.uint16) if len(first) * BINS <= 1 << 16 else key, kind="stable")
+    mine = mine[:, sort]
+    boxes[:, rows], order[rows] = mine, order[rows][sort]
+
+    # The cheapest cut: area times count on both sides, summed.
+    count = np.bincount(key, minlength=len(first) * BINS).reshape(-1, BINS)
+    filled = count.ravel() > 0
+    bin_boxes = np.full((6, len(first) * BINS), np.inf, np.float32)
+    bin_starts = np.concatenate([[0], np.cumsum(count)])[:-1]
+    bin_boxes[:, filled] = np.minimum.reduceat(mine, bin_starts[filled], axis=1)
+    bin_boxes = bin_boxes.reshape(6, -1, BINS)
+    before = np.minimum.accumulate(bin_boxes, axis=2)[..., :-1]
+    behind = np.minimum.accumulate(bin_boxes[..., ::-1], axis=2)[..., -2::-1]
+    held = np.cumsum(count, axis=1)
+    cuts = held[:, :-1]
+    with np.errstate(invalid="ignore", over="ignore"):
+        cost = area(before) * cuts + area(behind) * (size[:, None] - cuts)
+    cost[~((cuts > 0) & (cuts < size[:, None]) & np.isfinite(cost))] = np.inf
+    best = cost.argmin(axis=1)
+    taken = cuts[nodes, best]
+    larger = np.maximum(taken, size - taken)
+    halve = ~np.isfinite(cost[nodes, best]) | (2 * larger > most)
+    return first + np.where(halve, size // 2, taken)
+
+
+def area(boxes: np.ndarray) -> np.ndarray:
+    """Half the surface of boxes, (6, …) -> (…); not finite for an empty one."""
+    x, y, z = -boxes[3] - boxes[0], -boxes[4] - boxes[1], -boxes[5] - boxes[2]
+    return x * y + y * z + z * x
+
+
+def flatten(forest: Forest, sphere_row: np.ndarray, is_sphere: np.ndarray) -> np.ndarray:
+    """The nodes' texels, parents before children, a left child right behind its parent.
+
+    sphere_row : (n,), how many spheres come before a row;  is_sphere : (n,)
+    """
+    inner = forest.left >= 0
+    place = preorder(forest, inner)
+    first, size = forest.first, forest.end - forest.first
+    row = np.minimum(first, len(is_sphere) - 1)
+    sphere = is_sphere[row]
+    child = np.where(inner, place, np.where(sphere, sphere_row[row], first - sphere_row[row]))
+    count = np.where(inner, 0, np.where(sphere, -size, size))
+    texels = np.empty((len(first), 2, 4), np.float32)  # what a parent says of this node
+    texels[:, 0, :3], texels[:, 0, 3] = forest.boxes[:3].T, child
+    texels[:, 1, :3], texels[:, 1, 3] = -forest.boxes[3:].T, count
+    if not inner.any():
+        nowhere = np.full((2, 4), NOWHERE, np.float32)
+        nowhere[:, 3] = 0.0
+        return np.concatenate([texels[0], nowhere])[None]
+    nodes = np.empty((int(inner.sum()), 4, 4), np.float32)
+    nodes[place[inner], :2] = texels[forest.left[inner]]
+    nodes[place[inner], 2:] = texels[forest.right[inner]]
+    return nodes
+
+
+def preorder(forest: Forest, inner: np.ndarray) -> np.ndarray:
+    """(nodes,), each inner node's place: a tree's nodes lie together, whatever level they were made on."""
+    levels = [np.array([0])] if inner[0] else []
+    while levels and len(levels[-1]):
+        parents = levels[-1]
+        below = np.concatenate([forest.left[parents], forest.right[parents]])
+        levels.append(below[inner[below]])
+    weight = inner.astype(np.int64)
+    for parents in reversed(levels):
+        weight[parents] += weight[forest.left[parents]] + weight[forest.right[parents]]
+    place = np.zeros(len(inner), np.int64)
+    for parents in levels:
+        place[forest.left[parents]] = place[parents] + 1
+        place[forest.right[parents]] = place[parents] + 1 + weight[forest.left[parents]]
+    return place

@@ -1,0 +1,202 @@
+"""The fused pipeline: the whole life of every ray in one fragment program (passes/fused.glsl), one draw for a tile.
+
+It is the paper's own future work (Section 7): the loop over integration and intersection unrolled into one program,
+space partitioning (addon/core/bvh.py), deferred shading. Models, integrators, step control, cameras, observers,
+intersection, shading and environment are the files that the paper's pipeline uses.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ..compose import Choice
+from ..device import Device
+from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
+from .tile import Request, Stopwatch, TileEnds
+
+SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
+FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
+SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 64, 1024  # pixels a side
+
+
+class FusedPipeline:
+    """Made once a frame, in the GPU's thread; trace() is called for every tile and sample.
+
+    size : of the picture, columns and rows; no tile is larger
+    """
+
+    def __init__(self, device: Device, request: Request, size: tuple[int, int], watch: Stopwatch):
+        self.watch = watch
+        self.device, self.request, self.settings = device, request, request.settings
+        self.size = size
+        self.choice = self._choose_program()
+        with watch.stage("compile"):
+            device.program(self.choice)
+        with watch.stage("upload"):
+            self._upload()
+            device.finish()
+        self._tile = (FIRST_TILE, FIRST_TILE)
+        self._target_size = (0, 0)
+
+    # What the scene needs
+
+    def _choose_program(self) -> Choice:
+        request, packed, settings = self.request, self.request.packed, self.settings
+        model, asked = request.model, request.outputs
+        files = ["common/ray_start", f"camera/{request.camera}", f"observers/{request.observer}", *model.files]
+        generated = model.generated
+        flags = set(model.flags)
+        if request.flat_frame:
+            files.append("observers/flat")
+        if request.straight:
+            flags.add("STRAIGHT")
+        else:
+            files += ["common/bounds", *request.integrator.files]
+            generated += request.integrator.generated
+            if settings.step_control != "constant":
+                files.append(f"step_control/{settings.step_control}")
+                flags |= {"ADAPTIVE", settings.step_control.upper()}
+        if packed.triangle_count or packed.sphere_count:
+            flags |= {"GEOMETRY", "TREE"}
+            if not request.straight:
+                files.append("common/curves")
+                flags.add("CHORDS")
+            files.append("intersection/tree")
+            if packed.triangle_count:
+                files.append("intersection/triangles")
+                flags.add("TRIANGLES")
+            if packed.sphere_count:
+                files.append("intersection/spheres")
+                flags.add("SPHERES")
+            if "surface" in asked:
+                flags.add("SURFACE_PASSES")
+        if "color" in asked:
+            flags.add("COLOR")
+            files.append("environment/cube" if request.cube is not None else "environment/constant")
+            if request.far_sky is not None:
+                flags.add("FAR_SKY")
+                files.append("environment/far_constant" if request.far_sky.faces is None else "environment/far_cube")
+            if "GEOMETRY" in flags:
+                files.append("shading/blinn_phong")
+                if packed.light_count:
+                    flags.add("LIGHTS")
+                    files.append("shading/lights")
+                if "u_image_table" in packed.arrays:
+                    flags.add("IMAGES")
+                    files.append("shading/images")
+        if asked & {"depth", "steps", "error", "drift"}:
+            flags.add("TALLY")
+        if "drift" in asked:
+            flags.add("DRIFT")
+        if "frequency" in asked:
+            flags.add("FREQUENCY")
+        return Choice("passes/fused", tuple(files), frozenset(flags), generated)
+
+    # Memory
+
+    def _upload(self) -> None:
+        request, device = self.request, self.device
+        self.textures = {}
+        for name, array in request.packed.arrays.items():
+            if not device.program(self.choice).uses(name):
+                continue
+            half = name == "u_image_texels"
+            data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if half else array
+            self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, "f2" if half else "f4")
+        given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
+        for name, data in given:
+            self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
+        tables = [texture for texture in self.textures.values()]
+        skies = {"u_sky": request.cube, "u_far_sky": request.far_sky and request.far_sky.faces}
+        cubes = {name: device.cube(faces) for name, faces in skies.items() if faces is not None}
+        self.uploaded_bytes = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in tables)
+        self.uploaded_bytes += sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in cubes.values())
+        self.textures |= cubes
+        for name, data in request.model.textures.items():
+            volume = data.ndim == 4
+            self.textures[name] = device.volume(data) if volume else device.texture(data.shape[1::-1], data)
+
+    def _make_target(self, columns: int, rows: int) -> None:
+        if columns <= self._target_size[0] and rows <= self._target_size[1]:
+            return
+        self._target_size = (max(columns, self._target_size[0]), max(rows, self._target_size[1]))
+        names = [name.removeprefix("out_") for name in self.device.program(self.choice).outputs]
+        self.target = self.device.target({name: self.device.texture(self._target_size) for name in names})
+
+    # Drawing
+
+    def tile_size(self) -> tuple[int, int]:
+        """Columns and rows that the next tile may have: as many as the last ones' time allows."""
+        return min(self._tile[0], self.size[0]), min(self._tile[1], self.size[1])
+
+    def _learn(self, columns: int, rows: int, seconds: float) -> None:
+        """Half or twice the pixels, where a draw took too long or hardly any time."""
+        width, height = self._tile
+        if seconds > LONGEST_DRAW:
+            while seconds > LONGEST_DRAW and width * height > SMALLEST_TILE**2:
+                width, height = (width // 2, height) if width > height else (width, height // 2)
+                seconds /= 2.0
+        elif seconds < SHORTEST_DRAW and columns * rows >= min(width, self.size[0]) * min(height, self.size[1]):
+            if width <= height and width < LARGEST_TILE:
+                width *= 2
+            elif height < LARGEST_TILE:
+                height *= 2
+        self._tile = width, height
+
+    def trace(
+        self,
+        columns: int,
+        rows: int,
+        pixel_offset: tuple[float, float],
+        report: Callable[[float], None] = lambda fraction: None,
+        stopped: Callable[[], bool] = lambda: False,
+    ) -> TileEnds | None:
+        """Trace one tile. pixel_offset : of its corner in the whole image, plus the sample's place in the pixel.
+        None where stopped() said so.
+        """
+        if stopped():
+            return None
+        with self.watch.stage("trace"):
+            begin = time.perf_counter()
+            self._make_target(columns, rows)
+            self.target.begin((columns, rows))
+            values = self.request.uniforms | self._values() | {"u_pixel_offset": pixel_offset, "u_quad_depth": 0.5}
+            self.device.program(self.choice).draw(self.target, self.textures, values)
+            self.device.finish()
+            self._learn(columns, rows, time.perf_counter() - begin)
+        with self.watch.stage("read"):
+            return self._read(columns, rows)
+
+    def _values(self) -> dict[str, object]:
+        request, settings = self.request, self.settings
+        doubling = settings.step_control == "doubling"
+        tolerance = settings.tolerance
+        if settings.step_control == "embedded":
+            tolerance = max(STEP_SHARE * tolerance, SMALLEST_TOLERANCE)
+        values = {
+            "u_step": request.first_step,
+            "u_smallest_step": request.smallest_step,
+            "u_first_reach": FIRST_REACH * request.escape_radius if settings.step is None else 0.0,
+            "u_steps": settings.steps_per_segment,
+            "u_max_steps": min(
+                settings.max_steps, settings.segments * settings.steps_per_segment * (3 if doubling else 1)
+            ),
+            "u_tolerance": tolerance,
+            "u_chord_tolerance": settings.chord_tolerance or settings.tolerance,
+            "u_error_order": float(request.integrator.error_order),
+            "u_escape_radius": request.escape_radius,
+            "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
+        }
+        if request.packed.bounds is not None:
+            values["u_bounds_low"], values["u_bounds_high"] = (tuple(corner) for corner in request.packed.bounds)
+        return values
+
+    def _read(self, columns: int, rows: int) -> TileEnds:
+        names = [name.removeprefix("out_") for name in self.target.outputs]
+        parts = {name: self.target.read(index, columns, rows) for index, name in enumerate(names)}
+        return TileEnds(
+            parts["x"], parts["v"], parts.get("color"), parts.get("surface"), parts.get("tally"), parts.get("frequency")
+        )

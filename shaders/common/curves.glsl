@@ -1,0 +1,30 @@
+// Provides dense output: between two points with their derivatives a ray is a cubic (Hermite), right to fourth order.
+// It lies in the hull of its Bezier points, so that its distance from the straight way a -> b has a bound.
+
+// before, after : dx/dt at a and b
+Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after) {
+    vec3 along = b - a;
+    return Curve(a, b, before, 3.0 * along - 2.0 * before - after, before + after - 2.0 * along);
+}
+
+vec3 point_at(Curve curve, float t) {
+    if (t >= 1.0) return curve.b;
+    return curve.a + t * (curve.first + t * (curve.second + t * curve.third));
+}
+
+vec3 tangent_at(Curve curve, float t) {
+    return curve.first + t * (2.0 * curve.second + 3.0 * t * curve.third);
+}
+
+// How far the curve strays from the line a -> b, at most, and the fractions of a -> b that its inner Bezier points stand
+// over: the curve goes steadily ahead where they are in order.
+float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions) {
+    vec3 along = b - a;
+    float inverse = 1.0 / max(dot(along, along), 1e-30);
+    vec3 p1 = before / 3.0;
+    vec3 p2 = along - after / 3.0;
+    fractions = vec2(dot(p1, along), dot(p2, along)) * inverse;
+    vec3 off1 = p1 - fractions.x * along;
+    vec3 off2 = p2 - fractions.y * along;
+    return 0.75 * sqrt(max(dot(off1, off1), dot(off2, off2)));
+}

@@ -1,0 +1,154 @@
+// Provides the first object that a piece of a ray meets, from a tree of bounding boxes (addon/core/bvh.py; four texels a
+// node: both children's boxes). A piece is one straight chord, or a curve that is cut into chords: then a single descent
+// serves them all. A box is met where the straight way from end to end comes nearer to it than the curve may stray.
+
+const int STACK_SIZE = 40;
+const int DONE = -1;  // other negative numbers are leaves
+
+uniform sampler2D u_tree;
+
+#ifdef CHORDS
+vec3 point_at(Curve curve, float t);
+#endif
+#ifdef TRIANGLES
+void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met);
+#endif
+#ifdef SPHERES
+void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit, inout bool met);
+#endif
+
+Probe make_probe(vec3 a, vec3 b, float radius) {
+    vec3 along = b - a;
+    vec3 size = max(abs(along), vec3(1e-30));
+    vec3 inverse = mix(-1.0 / size, 1.0 / size, greaterThanEqual(along, vec3(0.0)));
+    vec3 reach = max(abs(a), abs(b));
+    radius += 1e-6 * max(max(reach.x, reach.y), reach.z);  // float32's rounding here and in the objects' own tests
+    return Probe(a + radius, a - radius, inverse, 0.0, 1.0);
+}
+
+// The fraction at which it comes near the box.
+float entry(vec3 low, vec3 high, Probe probe) {
+    vec3 t_low = (low - probe.to_low) * probe.inverse;
+    vec3 t_high = (high - probe.to_high) * probe.inverse;
+    vec3 near = min(t_low, t_high);
+    vec3 far = max(t_low, t_high);
+    float enters = max(max(near.x, near.y), max(near.z, probe.begin));
+    float leaves = min(min(far.x, far.y), min(far.z, probe.end));
+    return enters <= leaves ? enters : MISSED;
+}
+
+// A child as one number: a node's row; or a leaf's first row, size and kind.
+int child_code(float row, float count) {
+    int size = int(count);
+    int leaf = -2 - (((int(row) << 2) + abs(size) - 1) * 2 + (size < 0 ? 1 : 0));
+    return size == 0 ? int(row) : leaf;
+}
+
+// The leaf's objects against one chord: those nearer than hit.fraction. A sphere's row is turned into -1 - row.
+void meet_leaf(int leaf, Segment chord, inout Hit hit, inout bool met) {
+    int code = -2 - leaf;
+    int first = code >> 3;
+    int end = first + ((code >> 1) & 3) + 1;
+    bool spheres = (code & 1) == 1;
+#ifdef TRIANGLES
+    int last = spheres ? first : end;
+    for (int i = first; i < last; ++i) meet_triangle(i, chord, hit, met);
+#endif
+#ifdef SPHERES
+    vec3 along = chord.b - chord.a;
+    float inverse = 1.0 / dot(along, along);
+    for (int i = spheres ? first : end; i < end; ++i) meet_sphere(i, chord.a, along, inverse, hit, met);
+    if (spheres && met) hit.primitive = -1 - hit.primitive;
+#endif
+}
+
+#ifdef CHORDS
+// The leaf's objects against all chords before hit.fraction, which is one of the whole curve here. Where something is
+// met, chord is the one, and on_chord the fraction there.
+bool meet_chords(int leaf, Curve curve, int chords, inout Hit hit, inout Segment chord, inout float on_chord) {
+    bool found = false;
+    vec3 from = curve.a;
+    float count = float(chords);
+    for (int k = 0; k < chords; ++k) {
+        float before = float(k);
+        if (found || before >= hit.fraction * count) break;
+        vec3 to = k + 1 == chords ? curve.b : point_at(curve, (before + 1.0) / count);
+        Segment piece = Segment(from, to);
+        Hit candidate = hit;
+        candidate.fraction = min(hit.fraction * count - before, 1.0);
+        bool met = false;
+        meet_leaf(leaf, piece, candidate, met);
+        if (met) {
+            hit = candidate;
+            hit.fraction = (before + candidate.fraction) / count;
+            chord = piece;
+            on_chord = candidate.fraction;
+            found = true;
+        }
+        from = to;
+    }
+    return found;
+}
+#endif
+
+// wanted : nothing is met without it. Where something is met, hit.fraction is the one on the piece.
+#ifdef CHORDS
+// chord : the chord that met it, and on_chord : the fraction there
+bool first_hit(
+    Curve curve, int chords, Probe probe, bool steady, bool wanted, inout Hit hit, inout Segment chord, inout float on_chord
+) {
+    vec3 along = curve.b - curve.a;
+    float inverse = 1.0 / max(dot(along, along), 1e-30);
+    int node = wanted ? 0 : DONE;
+#else
+bool first_hit(Segment chord, Probe probe, inout Hit hit) {
+    int node = 0;
+#endif
+    bool met = false;
+    int stack[STACK_SIZE];
+    stack[0] = DONE;
+    int depth = 1;
+    while (node != DONE) {
+        while (node >= 0) {
+            vec4 low0 = texel(u_tree, 4 * node);
+            vec4 high0 = texel(u_tree, 4 * node + 1);
+            vec4 low1 = texel(u_tree, 4 * node + 2);
+            vec4 high1 = texel(u_tree, 4 * node + 3);
+            float entry0 = entry(low0.xyz, high0.xyz, probe);
+            float entry1 = entry(low1.xyz, high1.xyz, probe);
+            int child0 = child_code(low0.w, high0.w);
+            int child1 = child_code(low1.w, high1.w);
+            bool second_first = entry1 < entry0;
+            int near = second_first ? child1 : child0;
+            if (max(entry0, entry1) < MISSED) {
+                stack[depth] = second_first ? child0 : child1;
+                ++depth;
+                node = near;
+            } else if (min(entry0, entry1) < MISSED) {
+                node = near;
+            } else {
+                --depth;
+                node = stack[depth];
+            }
+        }
+        if (node != DONE) {
+#ifdef CHORDS
+            if (meet_chords(node, curve, chords, hit, chord, on_chord)) {
+                met = true;
+                vec3 place = point_at(curve, hit.fraction) - curve.a;
+                if (steady) probe.end = min(dot(place, along) * inverse + 1e-4, 1.0);
+            }
+#else
+            bool nearer = false;
+            meet_leaf(node, chord, hit, nearer);
+            if (nearer) {
+                met = true;
+                probe.end = hit.fraction * 1.00001;
+            }
+#endif
+            --depth;
+            node = stack[depth];
+        }
+    }
+    return met;
+}

@@ -1,0 +1,59 @@
+// Provides n(x) from a volume: n = 1 + strength * density, density the quadratic B-spline over the voxels.
+//
+// Why not the trilinear filter: its gradient jumps at every voxel (a ray would see facets), its weights have 8 bits, and
+// a smoother gradient taken elsewhere would not be that of n, so that |v| = n is lost. The quadratic B-spline is the
+// smallest with a continuous gradient: 27 texels (the cubic: 64). It stays within the densities' own range. Voxels outside
+// the array are 0, so that n is 1 a cell beyond the box. addon/core/models/media.py has the same spline in float64.
+
+uniform sampler3D u_grid;   // density, voxel (i, j, k) centred at u_grid_min + (i + 1/2, j + 1/2, k + 1/2) u_grid_cell
+uniform vec3 u_grid_min;    // model lengths
+uniform vec3 u_grid_cell;   // size of a voxel
+uniform float u_strength;
+
+float voxel(ivec3 at, ivec3 size) {
+    if (any(lessThan(at, ivec3(0))) || any(greaterThanEqual(at, size))) return 0.0;
+    return texelFetch(u_grid, at, 0).r;
+}
+
+// Weights of the voxels before, at and after, for a point t in [-1/2, 1/2] from the middle one; and their derivatives.
+vec3 spline(float t) {
+    return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
+}
+
+vec3 spline_slope(float t) {
+    return vec3(t - 0.5, -2.0 * t, t + 0.5);
+}
+
+vec4 medium(vec3 x) {
+    ivec3 size = textureSize(u_grid, 0);
+    vec3 at = (x - u_grid_min) / u_grid_cell;  // in voxels; centres are at halves
+    if (any(lessThan(at, vec3(-1.0))) || any(greaterThan(at, vec3(size) + 1.0))) return vec4(0.0, 0.0, 0.0, 1.0);
+    vec3 cell = floor(at);
+    vec3 t = at - cell - 0.5;
+    ivec3 middle = ivec3(cell);
+    vec3 wx = spline(t.x), wy = spline(t.y), wz = spline(t.z);
+    vec3 sx = spline_slope(t.x), sy = spline_slope(t.y), sz = spline_slope(t.z);
+    vec4 sum = vec4(0.0);  // gradient in voxels, density
+    for (int k = 0; k < 3; ++k) {
+        for (int j = 0; j < 3; ++j) {
+            vec3 row;
+            for (int i = 0; i < 3; ++i) row[i] = voxel(middle + ivec3(i - 1, j - 1, k - 1), size);
+            float along = dot(wx, row);
+            sum += vec4(dot(sx, row) * wy[j] * wz[k], along * sy[j] * wz[k], along * wy[j] * sz[k], along * wy[j] * wz[k]);
+        }
+    }
+    float n = 1.0 + u_strength * sum.w;
+    return vec4(n * u_strength * sum.xyz / u_grid_cell, n * n);
+}
+
+bool absorbed(RayState s) {
+    return false;
+}
+
+// As far as the box is, and a voxel within it.
+float longest_step(RayState s) {
+    vec3 low = u_grid_min - u_grid_cell;
+    vec3 high = u_grid_min + (vec3(textureSize(u_grid, 0)) + 1.0) * u_grid_cell;
+    float gap = length(max(max(low - s.x, s.x - high), 0.0));
+    return max(gap, min(u_grid_cell.x, min(u_grid_cell.y, u_grid_cell.z))) / max(length(s.v), 1e-30);
+}

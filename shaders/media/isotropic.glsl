@@ -1,0 +1,31 @@
+// Provides n(x) that bends light as a Schwarzschild black hole does, in isotropic coordinates (rho, not r):
+//
+//     n = (1 + u)^3 / (1 - u),   u = M / (2 rho),   r = rho (1 + u)^2
+//
+// because light knows space-time only up to a factor: ds^2 = 0 reads dt = n |dx|. The horizon is at rho = M/2.
+
+uniform float u_mass;
+
+// n is 800 there, and no ray that comes so near returns.
+float horizon() {
+    return 0.505 * u_mass;
+}
+
+vec4 medium(vec3 x) {
+    float rho = max(length(x), max(0.5005 * u_mass, 1e-30));
+    float u = 0.5 * u_mass / rho;
+    float outside = 1.0 - u;
+    float n = (1.0 + u) * (1.0 + u) * (1.0 + u) / outside;
+    float slope = -(u / rho) * (1.0 + u) * (1.0 + u) * (4.0 - 2.0 * u) / (outside * outside);
+    return vec4(n * slope / rho * x, n * n);
+}
+
+bool absorbed(RayState s) {
+    return length(s.x) <= horizon();
+}
+
+// Half of the way to where n is infinite.
+float longest_step(RayState s) {
+    if (u_mass <= 0.0) return 1.0e30;
+    return 0.5 * max(length(s.x) - 0.5 * u_mass, 0.005 * u_mass) / max(length(s.v), 1e-30);
+}

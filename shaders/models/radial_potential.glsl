@@ -1,0 +1,65 @@
+// Provides light in radial force fields, paper Section 5.2:
+//
+//     f = - sum over centres c of  (x - c) / r  xi(r),   r = |x - c|
+//
+// xi, its potential and its scale stand in models/radial_<xi>.glsl, or are printed from a formula. State: x in model
+// lengths, v = dx/dtau, |v| = 1 at the camera. Where xi is singular, a ray within the core of a centre is absorbed.
+
+uniform float u_k;            // coulomb, model lengths
+uniform float u_zeta;         // yukawa, model lengths
+uniform float u_mu;           // yukawa, 1 / model lengths
+uniform float u_R;            // cubic, model lengths
+uniform float u_strength;     // cubic, 1 / model lengths
+uniform float u_core_radius;  // model lengths
+uniform sampler2D u_centres;  // one texel a centre
+uniform int u_centre_count;
+
+float xi(float r);            // the force towards a centre
+float potential(float r);     // its integral: potential' = xi
+float longest_way(float r);   // how far a step may go, r away from the nearest centre
+
+float nearest(vec3 x) {
+    float r = 1.0e30;
+    for (int i = 0; i < u_centre_count; ++i) r = min(r, length(x - texel(u_centres, i).xyz));
+    return r;
+}
+
+RayState initial_state(vec3 x, vec3 d) {
+    return RayState(x, d);
+}
+
+RayState rhs(RayState s) {
+    vec3 f = vec3(0.0);
+    for (int i = 0; i < u_centre_count; ++i) {
+        vec3 outward = s.x - texel(u_centres, i).xyz;
+        float r = length(outward);
+        if (r > 0.0) f -= xi(r) / r * outward;
+    }
+    return RayState(s.v, f);
+}
+
+vec3 ray_direction(RayState s) {
+    return unit_or(s.v, vec3(0.0, 0.0, -1.0));
+}
+
+bool absorbed(RayState s) {
+#ifdef SINGULAR
+    return nearest(s.x) < u_core_radius;
+#else
+    return false;
+#endif
+}
+
+float longest_step(RayState s) {
+    return longest_way(nearest(s.x)) / max(length(s.v), 1e-30);
+}
+
+// Conserved: the energy |v|^2 / 2 + potential, where the potential is known, and around a single centre (x - c) cross v.
+vec4 invariants(RayState s) {
+    float energy = 0.0;
+#ifndef FORMULA
+    energy = 0.5 * dot(s.v, s.v);
+    for (int i = 0; i < u_centre_count; ++i) energy += potential(length(s.x - texel(u_centres, i).xyz));
+#endif
+    return vec4(energy, u_centre_count == 1 ? cross(s.x - texel(u_centres, 0).xyz, s.v) : vec3(0.0));
+}

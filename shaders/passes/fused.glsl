@@ -1,0 +1,324 @@
+// The fused pipeline: the whole life of a ray in one program, the unrolled loop of the paper's Section 7. Ray setup,
+// steps of the ODE, the intersection of what they give, and in the end, once, the shading of the hit or the sky.
+//
+// Steps and chords are independent (Section 3.2): steps are as long as the integrator's error allows. From where the last
+// piece of the ray ended, steps are joined to a piece until a chord would stray too far from it; then the piece is cut
+// into as many chords as it needs, unless it passes by everything.
+
+void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);  // where and which way pixel looks
+RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
+vec3 ray_direction(RayState s);
+#ifndef STRAIGHT
+RayState rhs(RayState s);  // d/dtau of the state
+Step advance_from(RayState s, RayState first, float h, out RayState last);  // one step, and the derivatives at its ends
+bool absorbed(RayState s);
+bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
+float bounding_radius();
+#ifdef ADAPTIVE
+float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
+bool accepted(float error);      // whether a step stands
+#ifdef EMBEDDED
+float adapted_step(float h, float error, float error_before);  // the next step size, from the last two estimates
+float first_error();                                           // what stands for the estimate before the first step
+uniform float u_first_reach;  // how far the first step may at least be tried, model lengths
+#else
+float next_step(float h, float error);  // the next step size
+uniform int u_steps;                    // n: as many steps of h are compared with twice as many of h / 2
+#endif
+uniform float u_smallest_step;
+#endif
+uniform int u_max_steps;
+#ifdef CHORDS
+uniform float u_chord_tolerance;  // radians
+uniform vec3 u_bounds_low;        // of all objects
+uniform vec3 u_bounds_high;
+const int MOST_CHORDS = 64;  // chords of a piece, at most
+
+Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after);
+vec3 tangent_at(Curve curve, float t);
+float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
+float entry(vec3 low, vec3 high, Probe probe);  // where the piece meets a box
+bool first_hit(
+    Curve curve, int chords, Probe probe, bool steady, bool wanted, inout Hit hit, inout Segment chord, inout float on_chord
+);
+#endif
+#else
+uniform float u_escape_radius;
+#ifdef GEOMETRY
+bool first_hit(Segment chord, Probe probe, inout Hit hit);
+#endif
+#endif
+#ifdef GEOMETRY
+Probe make_probe(vec3 a, vec3 b, float radius);
+#endif
+#ifdef FAR_SIDE
+RayState own_side(RayState s);  // the state in the chart of the side that it is on
+#endif
+#ifdef DRIFT
+RayState first_state(vec3 x, vec3 direction);
+vec4 invariants(RayState s);  // what the model conserves
+#endif
+#ifdef FREQUENCY
+float frequency_shift(vec3 x, vec3 direction);  // of light from infinity, seen by the observer
+float clock_rate(vec3 x);                       // of a clock at rest, against one at infinity
+#endif
+#ifdef COLOR
+vec4 environment(vec3 direction);
+#ifdef FAR_SKY
+bool far_side(vec3 x);
+vec4 far_environment(vec3 direction);
+#endif
+#ifdef GEOMETRY
+vec4 shade(Hit hit);
+#endif
+uniform vec4 u_failed_color;  // alpha 0: the environment
+#endif
+#ifdef TRIANGLES
+void complete_triangle_hit(Segment segment, inout Hit hit);  // position, normal, uv, material
+#endif
+#ifdef SPHERES
+void complete_sphere_hit(Segment segment, inout Hit hit);
+#endif
+
+uniform vec2 u_pixel_offset;  // of this tile's corner in the whole image, plus the sample's place in the pixel
+uniform float u_step;
+
+out vec4 out_x;  // where it ended, tau
+out vec4 out_v;  // unit direction there, status
+#ifdef COLOR
+out vec4 out_color;
+#endif
+#ifdef SURFACE_PASSES
+out vec4 out_surface;  // normal, object index
+#endif
+#ifdef TALLY
+out vec4 out_tally;  // tau, steps, error estimate, drift of the invariants
+#endif
+#ifdef FREQUENCY
+out vec4 out_frequency;  // seen, as a multiple of that emitted at rest; 0 where no light comes from
+#endif
+
+#ifndef STRAIGHT
+#ifdef DOUBLING
+// n steps of h against 2n steps of h / 2, Section 4.2.
+Step attempt_step(RayState s, RayState first, float h, out RayState last) {
+    RayState whole = s, halves = s, rate = first;
+    last = first;
+    for (int i = 0; i < u_steps; ++i) whole = advance_from(whole, rate, h, rate).state;
+    for (int i = 0; i < 2 * u_steps; ++i) halves = advance_from(halves, last, 0.5 * h, last).state;
+    // Where both results lie in the absorbing region, how far they got in it means nothing.
+    bool gone = absorbed(whole) && absorbed(halves);
+    return Step(halves, gone ? 0.0 : angular_error(s, halves, whole.x - halves.x, whole.v - halves.v));
+}
+#else
+Step attempt_step(RayState s, RayState first, float h, out RayState last) {
+    return advance_from(s, first, h, last);
+}
+#endif
+#endif
+
+void main() {
+    vec3 origin, direction;
+    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
+    float tau;
+#ifdef STRAIGHT
+    RayState s = ray_start(origin, direction, u_escape_radius, tau);
+    float way = u_step;
+    float status = ESCAPED;
+#ifdef GEOMETRY
+    Hit hit;
+    hit.fraction = 1.0;
+    Segment chord = Segment(s.x, s.x + way * s.v);
+    if (first_hit(chord, make_probe(chord.a, chord.b, 0.0), hit)) {
+        status = HIT;
+        way *= hit.fraction;
+    }
+#endif
+    s.x += way * s.v;
+    tau += way;
+#else
+    RayState s = ray_start(origin, direction, bounding_radius(), tau);
+    RayState rate = rhs(s);
+#ifdef EMBEDDED
+    // Twenty steps to the bounding sphere, unless the user knows better: the error will tell.
+    float h = max(u_step, u_first_reach / max(length(rate.x), 1e-30));
+#else
+    float h = u_step;
+#endif
+    float status = absorbed(s) ? ABSORBED : outside(s) ? ESCAPED : RUNNING;
+    int taken = 0;
+#ifdef ADAPTIVE
+    float summed_error = 0.0;
+#endif
+#ifdef EMBEDDED
+    float error_before = first_error();
+#endif
+#ifdef CHORDS
+    Hit hit;
+    Segment chord = Segment(s.x, s.x);
+    float on_chord = 0.0;
+    vec3 hit_direction;
+    vec3 piece_x = s.x;  // where the piece begins
+    vec3 piece_rate = rate.x;
+    float piece_tau = tau;
+#endif
+    while (status == RUNNING) {
+#ifdef CHORDS
+        bool piece_ready = false;
+        int chords = 1;
+        vec2 stands_over;
+        Probe probe;
+        while (status == RUNNING && !piece_ready) {
+#endif
+        // One step.
+#ifdef ADAPTIVE
+#ifdef DOUBLING
+        h = min(h, longest_step(s) * min(2.0 / float(u_steps), 1.0));
+        float length_of_step = float(u_steps) * h;
+        taken += 3 * u_steps;
+#else
+        h = min(h, longest_step(s));
+        float length_of_step = h;
+        ++taken;
+#endif
+        RayState rate_behind;
+        Step attempt = attempt_step(s, rate, h, rate_behind);
+        bool stands = accepted(attempt.error) && finite(attempt.state.x) && finite(attempt.state.v);
+#ifdef EMBEDDED
+        float next = adapted_step(h, attempt.error, error_before);
+        if (stands) error_before = attempt.error;
+#else
+        float next = next_step(h, attempt.error);
+#endif
+        if (stands) {
+            s = attempt.state;
+            rate = rate_behind;
+            tau += length_of_step;
+            summed_error += attempt.error;
+        }
+        h = next;
+        if (absorbed(s)) status = ABSORBED;
+        else if (outside(s)) status = ESCAPED;
+        else if (!stands && h < u_smallest_step) status = STEP_TOO_SMALL;
+        else if (taken >= u_max_steps) status = STEP_LIMIT;
+#else
+        RayState rate_behind;
+        Step attempt = attempt_step(s, rate, h, rate_behind);
+        bool stands = finite(attempt.state.x) && finite(attempt.state.v);
+        if (stands) {
+            s = attempt.state;
+            rate = rate_behind;
+            tau += h;
+        }
+        ++taken;
+        if (!stands) status = NOT_FINITE;
+        else if (absorbed(s)) status = ABSORBED;
+        else if (outside(s)) status = ESCAPED;
+        else if (taken >= u_max_steps) status = STEP_LIMIT;
+#endif
+#ifdef CHORDS
+        // Is a piece due, and does it come near anything?
+        float span = tau - piece_tau;
+        float strays = stray(piece_x, span * piece_rate, s.x, span * rate.x, stands_over);
+        float excess = strays / (u_chord_tolerance * max(tau * length(rate.x), 1e-30));
+        if (excess > 0.25 || status != RUNNING) {
+            probe = make_probe(piece_x, s.x, strays);
+            probe.begin = min(min(stands_over.x, stands_over.y), 0.0);
+            probe.end = max(max(stands_over.x, stands_over.y), 1.0);
+            chords = int(clamp(ceil(sqrt(excess)), 1.0, float(MOST_CHORDS)));
+            if (entry(u_bounds_low, u_bounds_high, probe) < MISSED) {
+                piece_ready = true;
+            } else {
+                piece_x = s.x;
+                piece_rate = rate.x;
+                piece_tau = tau;
+            }
+        }
+        }
+        // The piece against the objects. Without one the tree is left at once.
+        float span = tau - piece_tau;
+        Curve curve = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+        bool steady = 0.0 <= stands_over.x && stands_over.x <= stands_over.y && stands_over.y <= 1.0;
+        hit.fraction = 1.0;
+        if (first_hit(curve, chords, probe, steady, piece_ready, hit, chord, on_chord)) {
+            status = HIT;
+            tau = piece_tau + hit.fraction * span;
+            hit_direction = normalize(tangent_at(curve, hit.fraction));
+        }
+        piece_x = s.x;
+        piece_rate = rate.x;
+        piece_tau = tau;
+#endif
+    }
+#endif
+
+#ifdef DRIFT
+    RayState end = s;
+#endif
+#ifdef FAR_SIDE
+    out_v = vec4(ray_direction(own_side(s)), status);
+#else
+    out_v = vec4(ray_direction(s), status);
+#endif
+    if (status == NOT_FINITE) out_v.xyz = vec3(0.0);
+#ifdef GEOMETRY
+    bool is_hit = status == HIT;
+    if (is_hit) {
+#ifdef CHORDS
+        out_v.xyz = hit_direction;
+        hit.fraction = on_chord;
+#endif
+#ifdef TRIANGLES
+        if (hit.primitive >= 0) complete_triangle_hit(chord, hit);
+#endif
+#ifdef SPHERES
+        if (hit.primitive < 0) {
+            hit.primitive = -1 - hit.primitive;
+            complete_sphere_hit(chord, hit);
+        }
+#endif
+        s.x = hit.position;
+    }
+#endif
+    out_x = vec4(s.x, tau);
+#ifdef SURFACE_PASSES
+    out_surface = is_hit ? vec4(hit.normal, hit.object_index) : vec4(0.0);
+#endif
+#ifdef COLOR
+    if (status == ABSORBED) out_color = vec4(0.0, 0.0, 0.0, 1.0);
+#ifdef GEOMETRY
+    else if (is_hit) out_color = shade(hit);
+#endif
+    else if (status > LEFT_DOMAIN && u_failed_color.a > 0.0) out_color = u_failed_color;
+    else if (status == NOT_FINITE) out_color = vec4(0.0, 0.0, 0.0, 1.0);
+#ifdef FAR_SKY
+    else if (far_side(s.x)) out_color = far_environment(out_v.xyz);
+#endif
+    else out_color = environment(out_v.xyz);
+#endif
+#ifdef FREQUENCY
+    float shift = status == ABSORBED || status == NOT_FINITE ? 0.0 : frequency_shift(origin, direction);
+    if (status == HIT) shift *= clock_rate(s.x);
+    out_frequency = vec4(shift);
+#endif
+#ifdef TALLY
+    float drift = 0.0;
+#ifdef DRIFT
+    vec4 first = invariants(first_state(origin, direction));
+    vec4 change = abs(invariants(end) - first);
+    vec4 size = abs(first);
+    drift = max(max(change.x, change.y), max(change.z, change.w))
+        / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
+    if (!(drift < 3.0e38)) drift = 3.0e38;
+#endif
+#ifdef ADAPTIVE
+    out_tally = vec4(tau, float(taken), summed_error, drift);
+#else
+#ifdef STRAIGHT
+    out_tally = vec4(tau, 1.0, 0.0, drift);
+#else
+    out_tally = vec4(tau, float(taken), 0.0, drift);
+#endif
+#endif
+#endif
+}

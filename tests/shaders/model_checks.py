@@ -1,0 +1,90 @@
+"""What the tests of the models share: their right-hand side on the GPU, and rays against DOP853 in float64."""
+
+import numpy as np
+
+from addon.core import device as gpu
+from addon.core.settings import Settings
+from addon.core.trace import trace_rays
+from tests.shaders import truth
+
+EPS = 2.0**-24  # half an ulp of float32, relative
+HIGH = Settings(integrator="dormand_prince_54", step_control="embedded", tolerance=1e-6)
+
+
+def states(n=1000, seed=1, nearest=0.5, farthest=60.0):
+    """(n, 6) in float32's numbers: radii spread evenly in log r, unit directions; some radial, some tangential."""
+    generator = np.random.default_rng(seed)
+    x = generator.normal(size=(n, 3))
+    x *= np.geomspace(nearest, farthest, n)[:, None] / np.linalg.norm(x, axis=1, keepdims=True)
+    v = generator.normal(size=(n, 3))
+    v[:10] = -x[:10]
+    v[10:20] = np.cross(x[10:20], v[10:20])
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    return np.concatenate([x, v], axis=1).astype(np.float32)
+
+
+def on_gpu(glsl, model, body, given, outputs=("result",)):
+    """The model's functions as the pipeline composes them. given : (n, 6); x and v in the body."""
+    return glsl(
+        list(model.shader_files()),
+        body,
+        {"x": given[:, :3], "v": given[:, 3:]},
+        outputs,
+        model.uniforms(),
+        model.textures(),
+        model.flags(),
+        model.generated(),
+    )
+
+
+def derivatives(glsl, model, given):
+    """rhs() of the shader, (n, 6), beside the float64 one."""
+    body = "RayState d = rhs(RayState(x.xyz, v.xyz)); out_dx = vec4(d.x, 0.0); out_dv = vec4(d.v, 0.0);"
+    found = on_gpu(glsl, model, body, given, ("dx", "dv"))
+    return np.concatenate([found["dx"][:, :3], found["dv"][:, :3]], axis=1), model.rhs(given.astype(np.float64))
+
+
+def parallel_rays(b, start=20.0):
+    """Along +X from x = -start, at distances b of the X axis, turned around it by the golden angle each."""
+    turn = 2.399963 * np.arange(len(b))
+    x = np.stack([np.full(len(b), -start), b * np.cos(turn), b * np.sin(turn)], axis=1)
+    return x.astype(np.float32), np.tile(np.float32((1.0, 0.0, 0.0)), (len(b), 1))
+
+
+def final(model, position, direction, length):
+    """The unit direction and position of DOP853, after tau = length."""
+    first = model.initial_states(np.float64(position)[None], np.float64(direction)[None])[0]
+    end = truth.integrate(model, first[:3], first[3:], length)
+    return model.ray_directions(end[None])[0], end[:3]
+
+
+def condition(model, position, direction, length, change=1e-6):
+    """By how much the final direction turns for each radian that the first one does, at most."""
+    here, _ = final(model, position, direction, length)
+    across = np.linalg.svd(np.float64(direction)[None])[2][1:]
+    turned = [final(model, position, direction + change * axis, length)[0] for axis in across]
+    return max(np.linalg.norm(there - here) for there in turned) / change
+
+
+def errors(model, positions, directions, settings=HIGH):
+    """(the ends; each ray's angle from DOP853, radians; what it may be).
+
+    May be: the tolerance and an eps for each step's rounding, both magnified as the ray magnifies a turn of its start.
+    """
+    ends = trace_rays(model, positions, directions, settings)
+    found, allowed = np.zeros(len(positions)), np.zeros(len(positions))
+    for i, length in enumerate(ends.parameter.astype(float)):
+        exact, _ = final(model, positions[i], directions[i], length)
+        found[i] = np.linalg.norm(ends.direction[i] - exact)
+        magnified = max(1.0, condition(model, positions[i], directions[i], length))
+        allowed[i] = magnified * (settings.tolerance + EPS * ends.steps[i])
+    return ends, found, allowed
+
+
+def all_finite(ends):
+    return all(np.isfinite(values).all() for values in vars(ends).values())
+
+
+def programs():
+    """How many the device has compiled."""
+    return gpu.run(lambda device: device.program_count)
