@@ -18,12 +18,14 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import bpy
 import numpy as np
 
 from ..core.scene import Placement, SceneError
+
+T = TypeVar("T")
 
 LARGEST_BATCH = 1 << 20  # points sampled at a time, which bounds what the temporary mesh costs
 MAIN_THREAD_SECONDS = 60.0
@@ -41,13 +43,18 @@ class Voxels(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """What is to be sampled. object_from_model : float64, (4, 4);  resolution : cells along the longest side."""
+    """What is to be sampled.
+
+    object_from_model : float64, (4, 4);  resolution : cells along the longest side
+    margin : float64, (3,), object space, by which Blender's bounding box of the grid is too small on each side
+    """
 
     path: Path
     object_name: str
     grid: str
     resolution: int
     object_from_model: np.ndarray
+    margin: np.ndarray
 
     @property
     def key(self) -> tuple:
@@ -90,15 +97,17 @@ def sample_volume(
         raise SceneError(problem)
     with contextlib.ExitStack() as stack:
         path = Path(stack.enter_context(_folder()), "volume.vdb")
-        write_grids(obj, grid, path)
-        request = Request(path, obj.name, grid, resolution, object_from_model(obj, placement))
+        object_from_index = write_grids(obj, grid, path)
+        # Before 5.2 the box ends at the outermost voxels' centres.
+        margin = 0.5 * np.abs(object_from_index[:3, :3]).sum(axis=1) * (bpy.app.version < (5, 2))
+        request = Request(path, obj.name, grid, resolution, object_from_model(obj, placement), margin)
         key = request.key
-        if _last is None or _last[0] != key:
+        outcome = _kept(key)
+        if outcome is None:
             if depsgraph.mode == "VIEWPORT" and not bpy.app.background:
                 _sample_later(request, key, stack.pop_all())
                 raise SceneError(f"Reading the voxels of '{obj.name}'")
-            on_main_thread(lambda: _sample_and_keep(request, key))
-        outcome = _last[1]
+            outcome = on_main_thread(lambda: _sample_and_keep(request, key))
     if isinstance(outcome, SceneError):
         raise outcome
     return outcome
@@ -108,12 +117,19 @@ def _folder() -> tempfile.TemporaryDirectory:
     return tempfile.TemporaryDirectory(prefix="nonlinear-rays-", ignore_cleanup_errors=True)
 
 
-def _sample_and_keep(request: Request, key: tuple) -> None:
+def _kept(key: tuple) -> Voxels | SceneError | None:
+    last = _last  # another thread may put the next one there
+    return last[1] if last is not None and last[0] == key else None
+
+
+def _sample_and_keep(request: Request, key: tuple) -> Voxels | SceneError:
     global _last
     try:
-        _last = key, sample(request)
+        outcome = sample(request)
     except SceneError as error:
-        _last = key, error
+        outcome = error
+    _last = key, outcome
+    return outcome
 
 
 def _sample_later(request: Request, key: tuple, files: contextlib.ExitStack) -> None:
@@ -121,7 +137,7 @@ def _sample_later(request: Request, key: tuple, files: contextlib.ExitStack) -> 
 
     def run() -> None:
         with files:
-            if _last is None or _last[0] != key:
+            if _kept(key) is None:
                 _sample_and_keep(request, key)
         if request.object_name in bpy.data.objects:
             bpy.data.objects[request.object_name].update_tag()
@@ -129,8 +145,11 @@ def _sample_later(request: Request, key: tuple, files: contextlib.ExitStack) -> 
     bpy.app.timers.register(run)
 
 
-def write_grids(obj: bpy.types.Object, grid: str, path: Path) -> None:
-    """The evaluated volume as an OpenVDB file. Raises SceneError where it has no such grid of numbers."""
+def write_grids(obj: bpy.types.Object, grid: str, path: Path) -> np.ndarray:
+    """The evaluated volume as an OpenVDB file; the value is the grid's object_from_index : float64, (4, 4).
+
+    Raises SceneError where the volume has no such grid of numbers.
+    """
     try:
         geometry = obj.evaluated_geometry()  # has to outlive the volume it gives
     except TypeError:
@@ -151,6 +170,7 @@ def write_grids(obj: bpy.types.Object, grid: str, path: Path) -> None:
         )
     if not grids.save(str(path)):
         raise SceneError(f"'{obj.name}': its volume cannot be written to '{path.parent}'. Make room there.")
+    return np.array(grids[grid].matrix_object, np.float64)
 
 
 def object_from_model(obj: bpy.types.Object, placement: Placement) -> np.ndarray:
@@ -172,19 +192,22 @@ def transformed(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 def sample(request: Request) -> Voxels:
     """Main thread only. Raises SceneError."""
     with _sampler(request) as sampled:
-        at_origin = sampled(np.zeros((1, 3)))
-        corners = np.stack([at_origin[BOX_MIN][0], at_origin[BOX_MAX][0]]).astype(np.float64)
+        corners = np.concatenate(sampled(np.zeros((1, 3)), BOX_MIN, BOX_MAX)).astype(np.float64)
         if not (corners[0] < corners[1]).all():
             raise SceneError(f"'{request.object_name}': grid '{request.grid}' is empty. Fill it, or choose another.")
+        corners += np.outer([-1.0, 1.0], request.margin)
         boxed = np.array(list(itertools.product(*corners.T)))
         boxed = transformed(np.linalg.inv(request.object_from_model), boxed)
         low, high, size = cells(boxed.min(axis=0), boxed.max(axis=0), request.resolution)
-        points = lattice(low, high, size)
-        density = np.empty(len(points), np.float32)
-        for start in range(0, len(points), LARGEST_BATCH):
-            batch = slice(start, start + LARGEST_BATCH)
-            density[batch] = sampled(transformed(request.object_from_model, points[batch]))[DENSITY]
-    return Voxels(density.reshape(size[::-1]), low, high)
+        nx, ny, nz = size
+        density = np.empty((nz, ny, nx), np.float32)
+        batch = max(LARGEST_BATCH // (nx * ny), 1)
+        for first in range(0, nz, batch):
+            layers = np.arange(first, min(first + batch, nz))
+            points = transformed(request.object_from_model, lattice(low, high, size, layers))
+            (values,) = sampled(points, DENSITY)
+            density[layers] = values.reshape(-1, ny, nx)
+    return Voxels(density, low, high)
 
 
 def cells(low: np.ndarray, high: np.ndarray, resolution: int) -> tuple[np.ndarray, np.ndarray, tuple[int, int, int]]:
@@ -195,19 +218,19 @@ def cells(low: np.ndarray, high: np.ndarray, resolution: int) -> tuple[np.ndarra
     return middle - half, middle + half, tuple(int(count) for count in size)
 
 
-def lattice(low: np.ndarray, high: np.ndarray, size: tuple[int, int, int]) -> np.ndarray:
-    """The cells' centres : float64, (nz ny nx, 3), x fastest."""
-    axes = [a + (np.arange(count) + 0.5) * (b - a) / count for a, b, count in zip(low, high, size, strict=True)]
-    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
-    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+def lattice(low: np.ndarray, high: np.ndarray, size: tuple[int, int, int], layers: np.ndarray) -> np.ndarray:
+    """The centres of the cells in these layers of z : float64, (len(layers) ny nx, 3), x fastest."""
+    cell = (high - low) / size
+    z, y, x = np.meshgrid(layers, np.arange(size[1]), np.arange(size[0]), indexing="ij")
+    return low + (np.stack([x, y, z], axis=-1).reshape(-1, 3) + 0.5) * cell
 
 
 # Blender's part
 
 
 @contextlib.contextmanager
-def _sampler(request: Request) -> Iterator[Callable[[np.ndarray], dict[str, np.ndarray]]]:
-    """sampled(points), points : (n, 3), object space -> the mesh's attributes by name, (n,) or (n, 3)."""
+def _sampler(request: Request) -> Iterator[Callable[..., list[np.ndarray]]]:
+    """sampled(points, *names), points : (n, 3), object space -> the mesh's attributes of these names, float32."""
     made = []
 
     def keep(item: bpy.types.ID) -> bpy.types.ID:
@@ -227,19 +250,14 @@ def _sampler(request: Request) -> Iterator[Callable[[np.ndarray], dict[str, np.n
         scene.collection.objects.link(points_object)
         layer = scene.view_layers[0]
 
-        def sampled(points: np.ndarray) -> dict[str, np.ndarray]:
+        def sampled(points: np.ndarray, *names: str) -> list[np.ndarray]:
             mesh.clear_geometry()
             mesh.vertices.add(len(points))
             mesh.vertices.foreach_set("co", np.ascontiguousarray(points, np.float32).ravel())
             mesh.update()
             layer.update()
-            evaluated = points_object.evaluated_get(layer.depsgraph)
-            result = evaluated.data.attributes
-            return {
-                DENSITY: _read(result[DENSITY], "value", (len(points),)),
-                BOX_MIN: _read(result[BOX_MIN], "vector", (len(points), 3)),
-                BOX_MAX: _read(result[BOX_MAX], "vector", (len(points), 3)),
-            }
+            attributes = points_object.evaluated_get(layer.depsgraph).data.attributes
+            return [_read(attributes[name]) for name in names]
 
         yield sampled
     finally:
@@ -282,17 +300,19 @@ def build_nodes(tree: bpy.types.GeometryNodeTree, source: bpy.types.Object, grid
     tree.links.new(geometry, node("NodeGroupOutput").inputs["Geometry"])
 
 
-def _read(attribute: bpy.types.Attribute, member: str, shape: tuple[int, ...]) -> np.ndarray:
-    values = np.empty(shape, np.float32)
-    attribute.data.foreach_get(member, values.ravel())  # ravel of a fresh array is a view
-    return values
+def _read(attribute: bpy.types.Attribute) -> np.ndarray:
+    """A float attribute : float32, (n,);  a vector attribute : (n, 3)."""
+    vector = attribute.data_type == "FLOAT_VECTOR"
+    values = np.empty(len(attribute.data) * (3 if vector else 1), np.float32)
+    attribute.data.foreach_get("vector" if vector else "value", values)
+    return values.reshape(-1, 3) if vector else values
 
 
 # Threads
 
 
-def on_main_thread(call: Callable[[], None]) -> None:
-    """Run call() on Blender's main thread and wait for it; what it raises is raised here."""
+def on_main_thread(call: Callable[[], T]) -> T:
+    """call() on Blender's main thread, waited for; what it raises is raised here."""
     if threading.current_thread() is threading.main_thread():
         return call()
     asked: Future = Future()
