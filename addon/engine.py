@@ -102,7 +102,10 @@ class NonlinearRaysEngine(bpy.types.RenderEngine):
         self._viewport.draw(context, depsgraph)
 
     def __del__(self):
-        viewport = getattr(self, "_viewport", None)
+        try:
+            viewport = self._viewport
+        except (AttributeError, ReferenceError):  # Blender has freed the engine before: it is quitting
+            return
         if viewport is not None:
             viewport.stop()
         parent = getattr(super(), "__del__", None)

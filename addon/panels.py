@@ -65,8 +65,11 @@ def draw_model(layout, context) -> None:
     chosen = context.scene.nonlinear_rays
     layout.prop(chosen, "model")
     group = parameters_of(context.scene)
-    for entry in entries(MODELS[chosen.model]):
-        layout.prop(group, entry.name)
+    model = MODELS[chosen.model]
+    hidden = model.unused({option.name: getattr(group, option.name) for option in model.options})
+    for entry in entries(model):
+        if entry.name not in hidden:
+            layout.prop(group, entry.name)
     if "centers" in group.bl_rna.properties:
         layout.prop(group, "centers")
     if "named_values" in group.bl_rna.properties:

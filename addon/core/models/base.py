@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -55,6 +56,11 @@ class Model:
 
     def prepare(self) -> None:
         """Check what concerns several values, and derive what the other methods need. Raises ParameterError."""
+
+    @classmethod
+    def unused(cls, chosen: Mapping[str, str]) -> frozenset[str]:
+        """Parameters and texts that do nothing with these options; the panel hides them."""
+        return frozenset()
 
     # The equation
 

@@ -9,6 +9,8 @@ follows, dv/dτ = (v·∇) field.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from .parameter import Option, Parameter
@@ -44,6 +46,10 @@ class Dynamics:
 
     options = (MODE,)
     flow_step = 0.01  # τ: accurate to about a pixel with constant steps
+
+    @classmethod
+    def unused(cls, chosen: Mapping[str, str]) -> frozenset[str]:
+        return frozenset({"strength"} if chosen["mode"] == "flow" else {"plane_distance"})
 
     def field(self, x: np.ndarray) -> np.ndarray:
         """x : float64, (n, 3), model lengths -> float64, (n, 3)."""

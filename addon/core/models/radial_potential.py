@@ -13,6 +13,8 @@ absorbed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..expressions import GLSL_FILE, ExpressionError, parse
@@ -79,6 +81,12 @@ class RadialPotential(Model):
     )
     extras = ("centres",)
     observers = ("chart",)
+
+    @classmethod
+    def unused(cls, chosen: Mapping[str, str]) -> frozenset[str]:
+        used = {"cubic": {"strength", "R"}, "coulomb": {"k", "core_radius"}, "yukawa": {"zeta", "mu", "core_radius"}}
+        names = frozenset(entry.name for entry in (*cls.parameters, *cls.texts))
+        return names - used.get(chosen["xi"], names)
 
     def prepare(self) -> None:
         if self.xi == "expression":

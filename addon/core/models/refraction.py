@@ -11,6 +11,8 @@ whenever n has changed by more than `threshold`, with ∇n as the surface's norm
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from .base import Model
@@ -162,6 +164,13 @@ class Refraction(Model):
         ),
     )
     extras = ("grid", "grid_min", "grid_max")
+
+    @classmethod
+    def unused(cls, chosen: Mapping[str, str]) -> frozenset[str]:
+        used = set(MEDIA[chosen["medium"]].parameters)
+        used |= {"threshold"} if chosen["stepping"] == "snell" else set()
+        used |= {"formula"} if chosen["medium"] == Typed.key else set()
+        return frozenset(entry.name for entry in (*cls.parameters, *cls.texts)) - used
 
     def prepare(self) -> None:
         self.law = MEDIA[self.medium](self)
