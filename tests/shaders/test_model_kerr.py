@@ -65,8 +65,8 @@ def off_circle(angle):
 
 @pytest.mark.parametrize("spin", SPINS)
 def test_right_hand_side_is_float64s(glsl, spin):
-    """Some 100 rounded operations; the horizon's nearness does not enter, since nothing in these coordinates is singular
-    there. p's gradient is a sum of terms as large as e^2 M / r^2 with e <= 2 |p|.
+    """Some 100 rounded operations; the horizon's nearness does not enter, since nothing in these coordinates is
+    singular there. p's gradient is a sum of terms as large as e^2 M / r^2 with e <= 2 |p|.
     """
     model = MODELS["kerr"](spin=spin)
     states = given(model)
@@ -197,8 +197,8 @@ def test_principal_null_rays_are_straight(spin):
 
 @pytest.mark.parametrize("spin", [0.9, 0.998])
 def test_rays_keep_energy_spin_and_carter(spin):
-    """E, L_z and the root of Carter's K, as a part of the largest: float32's floor of a few hundred steps. H = 0 holds by
-    construction, as E is the root of it.
+    """E, L_z and the root of Carter's K, as a part of the largest: float32's floor of a few hundred steps. H = 0 holds
+    by construction, as E is the root of it.
     """
     model = MODELS["kerr"](spin=spin)
     generator = np.random.default_rng(7)
@@ -276,8 +276,8 @@ def outline(inside, rows, low, high, rounds=4, rungs=16):
 
 
 def static_directions(model, position, n):
-    """Chart directions, unit, of directions n of the observer at rest: by Cholesky's root of his metric, turned so that it
-    is the symmetric one. float64.
+    """Chart directions, unit, of directions n of the observer at rest: by the symmetric root of his metric, from its
+    eigenvectors. float64.
     """
     f, l_i, _, _ = model.fields(position[None])
     metric = np.eye(3) + f[0] / (1 - f[0]) * np.outer(l_i[0], l_i[0])
@@ -311,7 +311,7 @@ def test_shadow_outline(spin):
     def seen(ladder):
         ends = trace_rays(model, *rays(ladder), settings)
         assert np.isin(ends.status, (Status.ABSORBED, Status.ESCAPED, Status.STEP_LIMIT)).all()
-        # The rungs crowd around the outline. What still winds (a = 1: 1 / (xi - 2) turns) when the steps run out is near it.
+        # The rungs crowd around the outline; what still winds when the steps run out (at a = 1) is near it.
         assert (ends.status == Status.STEP_LIMIT).mean() < 0.1
         return (ends.status != Status.ESCAPED).reshape(ladder.shape)
 
@@ -350,8 +350,9 @@ def constants_on_axis(model, states):
 
 
 def bardeen_radius(a, inclination, angles):
-    """M: the critical curve in the celestial coordinates alpha = -xi / sin i (to the right), beta = sqrt(eta + a^2 cos^2 i
-    - xi^2 cot^2 i), as a radius at given angles; on the axis a circle of radius sqrt(eta + a^2) with xi = 0.
+    """M: the critical curve in the celestial coordinates alpha = -xi / sin i (to the right),
+    beta = sqrt(eta + a^2 cos^2 i - xi^2 cot^2 i), as a radius at given angles; on the axis
+    a circle of radius sqrt(eta + a^2) with xi = 0.
     """
     if a == 0.0:
         return np.full(len(angles), truth.CRITICAL)
@@ -382,7 +383,7 @@ def bardeen_radius(a, inclination, angles):
 
 
 def test_the_side_that_comes_towards_the_camera_is_the_flat_one():
-    """From the equator with the axis up, a hole that turns counter-clockwise as seen from above comes nearer on the left."""
+    """From the equator, axis up: a hole that turns counter-clockwise, seen from above, comes nearer on the left."""
     position, ahead, _ = view(np.pi / 2, np.zeros(1))
     settings = Settings(**{**vars(FINE), "observer": "static", "escape_radius": 1100.0})
     left = np.array([0.0, -1.0, 0.0])  # right is view()'s +y
@@ -395,8 +396,8 @@ def test_the_side_that_comes_towards_the_camera_is_the_flat_one():
 
 
 def in_the_other_chart(model, positions, directions):
-    """The same places and ways of light, in the equator, in the chart of the hole that turns the other way: from ingoing
-    to outgoing Kerr-Schild coordinates. x + iy = (r + ia) e^(i phi), phi_out = phi_in - 2 int a / Delta dr.
+    """The same places and ways of light, in the equator, in the chart of the hole that turns the other way: from
+    ingoing to outgoing Kerr-Schild coordinates. x + iy = (r + ia) e^(i phi), phi_out = phi_in - 2 int a / Delta dr.
     """
     a = model.traced_a
     w, w_dot = (values[:, 0] + 1j * values[:, 1] for values in (positions.astype(float), directions.astype(float)))
@@ -415,9 +416,10 @@ def in_the_other_chart(model, positions, directions):
 
 @pytest.mark.parametrize("spin", [0.9, 0.998])
 def test_forward_and_back(spin):
-    """The way back of light runs about the hole that turns the other way, in whose chart the end is put. The way there is off by some
-    roundings times its condition number, an angle that 300 M turn into an impact parameter, and the way back turns that
-    by the deflection's slope into an angle.
+    """The way back of light runs about the hole that turns the other way, in whose chart the end is put. The way there
+    is off by some roundings times its condition number, an angle that 300 M turn into an impact parameter, and the way
+    back turns that by the deflection's slope into an angle. Places and ways are compared at radii of 300 M and more,
+    between which the chart's twist turns a ray by 2aM/r^2.
     """
     b = np.array([-30.0, -12.0, -9.0, 5.0, 8.0, 30.0])
     settings = Settings(**{**vars(FINE), "escape_radius": 300.0})
@@ -428,12 +430,12 @@ def test_forward_and_back(spin):
     end, way = in_the_other_chart(turned_round, back.position, back.direction)
     # Where the way back meets the plane that the rays began in.
     met = end[:, 1] - (end[:, 0] + 300.0) / way[:, 0] * way[:, 1]
-    angle, gap = np.linalg.norm(way + [1.0, 0.0, 0.0], axis=1), np.abs(met - b)
+    angle, gap = np.linalg.norm(way + np.array([1.0, 0.0, 0.0]), axis=1), np.abs(met - b)
     steep = np.abs(slope(spin, b))
-    bound = 40 * EPS * (1 + np.abs(b) * steep) * (1 + 300.0 * steep)
+    bound = 40 * EPS * (1 + np.abs(b) * steep) * (1 + 300.0 * steep) + 2 * spin / 300.0**2
     print(f"a = {spin}: direction {angle.max():.1e} rad, b {gap.max():.1e} M; {(angle / bound).max():.2f} of the bound")
     assert (back.status == Status.ESCAPED).all()
-    assert (angle <= bound).all() and (gap <= 300.0 * bound + 300.0 * EPS).all()
+    assert (angle <= bound).all() and (gap <= 300.0 * bound).all()
 
 
 @pytest.mark.parametrize("spin", [0.9999, 1.0, -1.0])

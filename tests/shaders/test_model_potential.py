@@ -10,13 +10,15 @@ from addon.core.scene import SceneError
 from addon.core.settings import Settings
 from addon.core.status import FAILURES, Status
 from addon.core.trace import render, trace_rays
-from tests.shaders import scenes, truth
+from tests.shaders import scenes
 from tests.shaders.model_checks import (
     EPS,
     HIGH,
     all_finite,
     derivatives,
     errors,
+    exact_end,
+    integrate,
     on_gpu,
     parallel_rays,
     programs,
@@ -33,7 +35,7 @@ KINDS = [
     {"xi": "yukawa", "zeta": 1.0, "mu": 0.1},
     {"xi": "yukawa", "mu": 0.0},
     {"xi": "expression"},
-    {"xi": "expression", "formula": "-zeta / (R + r)^2 + strength * sin(mu * r) / r"},
+    {"xi": "expression", "formula": "exp(-mu * r) * (strength * sin(R * r) - zeta / (1 + r)^2)"},
 ]
 
 
@@ -70,7 +72,7 @@ def test_the_force_is_the_gradient_of_the_potential(glsl, values):
     model = potential(**values, centres=[(1.0, 0.5, 0.0)])
     start = states(20, seed=3, nearest=4.0, farthest=40.0).astype(float)
     start[:, 3:] *= np.sign(np.sum(start[:, :3] * start[:, 3:], axis=1))[:, None]  # outward: nothing falls in
-    end = np.array([truth.integrate(model, state[:3], state[3:], 15.0) for state in start])
+    end = np.array([integrate(model, state[None], 15.0)[0] for state in start])
     first, last = (
         on_gpu(glsl, model, "out_result = invariants(RayState(x.xyz, v.xyz));", s)["result"] for s in (start, end)
     )
@@ -151,7 +153,9 @@ def test_coulomb_turns_by_two_arctan(k):
 @pytest.mark.parametrize("values", [kind for kind in KINDS if kind.get("mu") != 0.0], ids=str)
 def test_rays_against_float64(values, centres):
     model = potential(**values, centres=centres)
-    ends, found, allowed = errors(model, *parallel_rays(np.geomspace(0.5, 15.0, 8)))
+    ends, found, allowed = errors(
+        model, *parallel_rays(np.geomspace(0.5, 15.0, 4 if values["xi"] == "expression" else 8))
+    )
     print(f"max {found.max():.2e}, median {np.median(found):.2e} rad, of its bound {(found / allowed).max():.2f}")
     assert (ends.status == Status.ESCAPED).all() and all_finite(ends)
     assert (found <= allowed).all()
@@ -195,14 +199,20 @@ def test_straight_limit(weak):
 
 @pytest.mark.parametrize("weak", [{"xi": "cubic", "strength": 1e-9}, {"xi": "coulomb", "k": 1e-9}], ids=str)
 def test_straight_limit_of_a_picture(weak):
-    """The same hits, at the same places: 1e-5 of the camera's distance of 8."""
-    settings = replace(HIGH, passes=("Status", "Position"))
+    """The same hits, at the same depth: 1e-5 of the camera's distance of 8. A surface seen at a slant turns an error
+    across the ray into a larger one along it, by 1 / cos, which the normal takes out.
+    """
+    settings = replace(HIGH, passes=("Status", "Position", "Normal"))
     straight, bent = (
         render(scenes.mixed(model), settings).passes for model in (scenes.STRAIGHT, potential(**weak, core_radius=1e-6))
     )
     hit = straight["Status"] == Status.HIT
     assert hit.sum() > 100 and np.array_equal(hit, bent["Status"] == Status.HIT)
-    assert np.abs(straight["Position"] - bent["Position"]).max() < 8e-5
+    gap = np.linalg.norm(straight["Position"] - bent["Position"], axis=2)
+    to_camera = np.array((0.0, -8.0, 1.0)) - straight["Position"]
+    cosine = np.sum(straight["Normal"] * to_camera, axis=2) / np.linalg.norm(to_camera, axis=2)
+    print(f"apart {gap[hit[..., 0]].max():.1e}, with the slant {(gap * cosine)[hit[..., 0]].max():.1e}")
+    assert (gap * np.abs(cosine))[hit[..., 0]].max() < 8e-5
 
 
 # Where the force is infinite
@@ -241,9 +251,10 @@ def test_head_on(values, expected, settings):
         assert set(ends.status) <= {expected, Status.ESCAPED, *FAILURES}
     else:
         assert (ends.status == expected).all()
-    if expected == Status.ESCAPED and values.get("xi") != "cubic" and settings == "high":
-        # Back along the way: theta = 2 arctan(k / (b v^2)), v^2 of order 1, is within 3 b of pi.
-        assert (np.abs(ends.direction - [-1, 0, 0]).max(axis=1) <= 3 * HEAD_ON[:, 1] + 1e-5).all()
+    if expected == Status.ESCAPED and values["xi"] != "cubic" and settings == "high":  # back, nearly the way it came
+        for x, found, length in zip(HEAD_ON, ends.direction, ends.parameter.astype(float), strict=True):
+            exact, _ = exact_end(potential(**values), x, np.array((1.0, 0, 0)), length)
+            assert np.abs(found - exact).max() < 10 * HIGH.tolerance
 
 
 def test_a_formula_too_steep_for_any_step_ends_in_a_named_failure():

@@ -55,8 +55,8 @@ def off_circle(angle):
 
 @pytest.mark.parametrize("b", [1.0, 0.25])
 def test_deflection_and_passage(b):
-    """Each ray ends in the direction of its polar angle, pi - turn: on the near side this is a deflection by 2K - pi, on the
-    far side the direction away from the throat in the far chart. 100 eps times the condition number h dturn/dh.
+    """Each ray ends in the direction of its polar angle, pi - turn: on the near side that is a turn by 2K - pi, on
+    the far side the direction away from the throat in the far chart. 100 eps times the condition number h dturn/dh.
     """
     h = b * IMPACTS
     ends = trace_rays(MODELS["wormhole"](throat_radius=b), *beam(h, b), FINE)
@@ -73,10 +73,10 @@ def test_deflection_and_passage(b):
 
 
 def test_rays_keep_their_constants():
-    """|u| = 1 and h: angles' rounding times the distance of 50 b, where h is read off, as a part of the largest."""
+    """|u| = 1 and h: angles' rounding times the distance of 100 b, where h is read off, as a part of the largest."""
     ends = trace_rays(MODELS["wormhole"](), *beam(IMPACTS[:9], distance=50.0), replace(FINE, escape_radius=100.0))
-    print(f"largest drift {ends.invariant_drift.max():.1e}, bound {4 * 100 * EPS:.1e}")
-    assert ends.invariant_drift.max() <= 4 * 100 * EPS
+    print(f"largest drift {ends.invariant_drift.max():.1e}, bound {10 * 100 * EPS:.1e}")
+    assert ends.invariant_drift.max() <= 10 * 100 * EPS
 
 
 def test_a_ray_at_the_throats_middle_goes_straight_through():

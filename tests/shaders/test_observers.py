@@ -84,18 +84,17 @@ def test_deflection_from_near_to_far(name):
     angle = -np.arctan2(ends.direction[:, 1].astype(float), ends.direction[:, 0].astype(float))
     error = np.abs(np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi)
     bound = 100 * EPS * (1 + np.abs(slope))
-    print(
-        f"{name}: largest {error.max():.1e} rad at b = {b[error.argmax()]:.2f} M; for b > 5.5 M {error[b > 5.5].max():.1e}"
-    )
+    outer = error[b > 5.5].max()
+    print(f"{name}: largest {error.max():.1e} rad at b = {b[error.argmax()]:.2f} M; for b > 5.5 M {outer:.1e}")
     assert (error <= bound).all()
-    assert error[b > 5.5].max() <= 1e-5
+    assert outer <= 1e-5
 
 
 # Aberration
 
 
 def aberrated(n, beta):
-    """The direction at rest of what a moving observer sees at n: cos' = (cos + beta) / (1 + beta cos), undone; float64."""
+    """The direction at rest of what a moving observer sees at n: cos' = (cos + beta) / (1 + beta cos), undone."""
     speed = np.linalg.norm(beta)
     axis = beta / speed
     cosine = n @ axis
@@ -122,7 +121,7 @@ def test_aberration(glsl, beta):
 
 
 def test_what_lies_ahead_draws_together():
-    """The sign, by picture: moving forward at 0.8, a sky point 90 degrees to the side is seen at acos(0.8) from the front."""
+    """The sign: moving forward at 0.8, a point of the sky 90 degrees aside is seen at acos(0.8) from the front."""
     beta = np.array([0.8, 0.0, 0.0])
     seen = np.array([[0.8, 0.6, 0.0]])
     settings = replace(FINE, observer="moving", observer_velocity=tuple(beta))
@@ -222,8 +221,8 @@ def contraction(model, x, p, q):
 
 @pytest.mark.parametrize("spin", [0.0, 0.9, -0.998])
 def test_the_falling_frame_is_orthonormal_and_falls(glsl, spin):
-    """Rays of directions m and n have momenta u + e_m and u + e_n, so that their product is m.n - 1; and their mean, u, has
-    E = (1 + F)^(-1/2), L_z = 0, p_theta = 0: at rest in ingoing Kerr-Schild slices. gamma of the boost magnifies rounding.
+    """Rays of directions m and n have momenta u + e_m and u + e_n, so that their product is m.n - 1; and u, the mean of
+    opposite ones, has E = (1 + F)^(-1/2) and L_z = 0: at rest in ingoing Kerr-Schild slices.
     """
     model = MODELS["kerr"](spin=spin)
     x = points(model, 300, nearest=1.1, farthest=30.0).astype(np.float32)
@@ -241,12 +240,11 @@ def test_the_falling_frame_is_orthonormal_and_falls(glsl, spin):
     scale = np.linalg.norm(p, axis=1) + np.linalg.norm(o, axis=1)
     around = np.abs(x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0]) / (scale * np.linalg.norm(x, axis=1))
     off_energy = np.abs(energy - 1 / np.sqrt(1 + model.fields(x)[0])) / scale
-    gamma = scale.max()
+    products = max(error.max(), opposite.max())
     print(
-        f"a = {spin}: products {error.max():.1e} {opposite.max():.1e}, E {off_energy.max():.1e}, L_z {around.max():.1e}; "
-        f"largest p {gamma:.0f}"
+        f"a = {spin}: products {products:.1e}, E {off_energy.max():.1e}, L_z {around.max():.1e}, bound {60 * EPS:.1e}"
     )
-    assert max(error.max(), opposite.max()) <= 60 * EPS
+    assert products <= 60 * EPS
     assert off_energy.max() <= 60 * EPS and around.max() <= 60 * EPS
 
 
@@ -263,7 +261,7 @@ def test_the_falling_observer_sees_the_sky_behind_him_redder():
 
 @pytest.mark.parametrize("spin", [0.0, 0.9])
 def test_kerrs_static_frame_is_orthonormal(glsl, spin):
-    """The spatial metric of an observer at rest, g_ij - g_ti g_tj / g_tt, makes images of orthonormal axes orthonormal."""
+    """In the spatial metric of an observer at rest, g_ij - g_ti g_tj / g_tt, images of his axes are orthonormal."""
     model = MODELS["kerr"](spin=spin)
     x = points(model, 300, nearest=1.6, farthest=50.0)
     x = x[model.fields(x)[0] < 0.95].astype(np.float32)
@@ -308,15 +306,17 @@ def test_observers_that_a_model_has_not_are_refused():
 
 
 def test_forward_and_back_in_schwarzschild():
-    """An angle's rounding at 100 M moves b by 100 M eps, and the deflection by its slope times that."""
-    b = np.array([-30.0, -7.0, 5.6, 6.0, 10.0, 50.0])
-    start = np.stack([np.full_like(b, -80.0), b, 0 * b], axis=1)
-    settings = replace(FINE, escape_radius=100.0)
+    """An angle's rounding at 1000 M moves b by 1000 M eps, and the deflection by its slope times that. What bends a ray
+    beyond this radius, M b^3 / r^4, is less than a rounding.
+    """
+    b = np.array([-30.0, -7.0, 5.6, 6.0, 10.0, 30.0])
+    start = np.stack([np.full_like(b, -1000.0), b, 0 * b], axis=1)
+    settings = replace(FINE, escape_radius=1000.0)
     there = trace_rays(HOLE, start, np.tile([1.0, 0, 0], (len(b), 1)), settings)
     back = trace_rays(HOLE, there.position, -there.direction, settings)
-    error = np.linalg.norm(back.direction + [1.0, 0.0, 0.0], axis=1)
+    error = np.linalg.norm(back.direction + np.array([1.0, 0.0, 0.0]), axis=1)
     slope = np.array([abs(truth.darwin(abs(x) * 1.0001) - truth.darwin(abs(x) * 0.9999)) / (2e-4 * abs(x)) for x in b])
-    bound = 20 * EPS * (1 + np.abs(b) * slope) * (1 + 100 * slope)
+    bound = 20 * EPS * (1 + np.abs(b) * slope) * (1 + 1000 * slope)
     print(f"largest {error.max():.1e} rad, {(error / bound).max():.2f} of its bound")
     assert (back.status == Status.ESCAPED).all()
     assert (error <= bound).all()

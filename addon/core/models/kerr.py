@@ -1,4 +1,4 @@
-"""A black hole that rotates: Kerr 1963, in Cartesian Kerr–Schild coordinates (Visser, The Kerr spacetime, 2007, Eq. 33).
+"""A black hole that rotates: Kerr 1963, in Cartesian Kerr–Schild coordinates (Visser 2007, arXiv:0706.0622, Eq. 33).
 
     g^{μν} = η^{μν} − F l^μ l^ν,   l^μ = (−1, (rx + ay)/(r² + a²), (ry − ax)/(r² + a²), z/r),
     F = 2Mr³ / (r⁴ + a²z²),   r⁴ − (x² + y² + z² − a²) r² − a²z² = 0
@@ -9,8 +9,8 @@ The state is (x, p), p covariant. E = −p_t is the root of H = 0 of a ray into 
     (1 + F) E² + 2F (l·p) E + F (l·p)² − |p|² = 0   (the greater root),
 
 so that every state is a state of light, and an E ≤ 0, which the ergosphere has, is no special case. E is conserved, for
-the flow of H with this E put in is the flow of the Hamiltonian E(x, p) with another parameter. The first state is scaled
-to |dx/dλ| = 1 at the camera.
+the flow of H with this E put in is the flow of the Hamiltonian E(x, p) with another parameter. The first state is
+scaled to |dx/dλ| = 1 at the camera.
 
 **The sense of rotation.** A camera's ray runs against the light, into the past. These coordinates are regular at the
 horizon for rays that enter it into the *future*; traced into the past a ray would have to leave a horizon that they do
@@ -43,7 +43,7 @@ class Kerr(Model):
             "spin",
             0.9,
             "a/M",
-            "Angular momentum per squared mass: 0 is Schwarzschild, 1 the fastest; negative turns clockwise as seen from +Z",
+            "Angular momentum per squared mass: 0 is Schwarzschild, 1 the fastest; negative turns clockwise",
             -1.0,
             1.0,
             -1.0,
@@ -120,7 +120,7 @@ class Kerr(Model):
         return 0.05 * self.mass if self.mass > 0 else 1.0
 
     def flat_radius(self) -> float:
-        """The chart's twist turns a ray that leaves at r by 2aM/r² still: 2e-6 rad here (Schwarzschild: 1e-5 at 100 M)."""
+        """The chart is still twisted at r: a ray that leaves there turns by 2aM/r², 2e-6 rad here, 2e-4 at 100 M."""
         return 1000.0 * self.mass
 
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:

@@ -8,8 +8,8 @@ tangent u, of which only the direction enters,
 
     dx/dλ = u / n        du/dλ = (∇n − (u·∇n) u) / n²
 
-Near side: ρ > b/2. Far side: ρ < b/2, a mirrored copy of the near one under the inversion x → b² x / (4ρ²); ρ = 0 is its
-infinity. A ray there shrinks towards the origin in this chart, but λ keeps its steps as long as on the near side.
+Near side: ρ > b/2. Far side: ρ < b/2, a mirrored copy of the near one under the inversion x → b² x / (4ρ²); ρ = 0 is
+its infinity. A ray there shrinks towards the origin in this chart, but λ keeps its steps as long as on the near side.
 """
 
 from __future__ import annotations
