@@ -221,8 +221,8 @@ def make_pipeline(request: Request, size: tuple[int, int], columns: int, rows: i
 def jobs(
     columns: int, rows: int, samples: int, tile_size: Callable[[], tuple[int, int]]
 ) -> Iterator[tuple[int, int, int, int, int]]:
-    """Tiles that cover a picture, as x, y, width, height and sample. Each is as large as tile_size() says by then; those
-    of a row are of one height.
+    """Tiles that cover a picture, as x, y, width, height and sample. Each is as large as tile_size() says by then;
+    those of a row are of one height.
     """
     y = height = 0
     while (y := y + height) < rows:
