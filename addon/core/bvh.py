@@ -63,10 +63,11 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     """boxes : float32, (n, 2, 3), low and high corners, model space, finite. At least one of both kinds.
     Raises ValueError where there are more primitives than a leaf can name.
     """
-    boxes = np.concatenate([triangle_boxes, sphere_boxes])
-    n, triangle_count = len(boxes), len(triangle_boxes)
+    triangle_count = len(triangle_boxes)
+    n = triangle_count + len(sphere_boxes)
     if not 0 < n <= LARGEST_COUNT:
         raise ValueError(f"A tree holds 1 to {LARGEST_COUNT} triangles and spheres, not {n}. Use fewer.")
+    boxes = np.concatenate([triangle_boxes, sphere_boxes])
     # Low corners and negated high corners: the union of boxes is one minimum.
     boxes = np.concatenate([boxes[:, 0].T, -boxes[:, 1].T]).astype(np.float32, order="C")
 
@@ -162,87 +163,88 @@ def grow(
 
     boxes : float32, (6, n);  the roots' ranges follow each other and cover all rows
     """
-    n = boxes.shape[1]
-    order = np.arange(n)
-    boxes = boxes.copy()
-    made = [(first, end)]
-    children = []
+    order = np.arange(boxes.shape[1])
+    rows, place = order.copy(), order.copy()  # of the ranges that are still wide: what stands where
+    firsts, ends, lefts, rights = [first], [end], [], []
     node_boxes = [np.minimum.reduceat(boxes, first, axis=1)]
-    level_start = 0
+    made = len(first)
     for level in range(levels + 1):
-        wide = np.flatnonzero(end - first > leaf_size)
+        wide = end - first > leaf_size
         left = np.full(len(first), -1)
-        right = np.full(len(first), -1)
-        children.append((left, right))
-        if not len(wide):
+        left[wide] = made + 2 * np.arange(wide.sum())
+        lefts.append(left)
+        rights.append(np.where(wide, left + 1, -1))
+        if not wide.any():
             break
-        first, end = first[wide], end[wide]
-        cut = part(boxes, order, first, end, leaf_size << min(levels - level, 40))
-        level_start += len(left)
-        left[wide] = level_start + 2 * np.arange(len(wide))
-        right[wide] = left[wide] + 1
-        first = np.stack([first, cut], axis=1).ravel()
-        end = np.stack([cut, end], axis=1).ravel()
-        made.append((first, end))
-        # Ranges that are parted lie between others that are not: every second result is of such a gap.
-        edges = np.stack([first, end], axis=1).ravel()
-        edges = edges[:-1] if edges[-1] == n else edges
-        node_boxes.append(np.minimum.reduceat(boxes, edges, axis=1)[:, ::2])
-    return order, Forest(
-        np.concatenate([f for f, _ in made]),
-        np.concatenate([e for _, e in made]),
-        np.concatenate([left for left, _ in children]),
-        np.concatenate([right for _, right in children]),
-        np.concatenate(node_boxes, axis=1),
-    )
+        if not wide.all():
+            kept = np.repeat(wide, end - first)
+            boxes, rows, place = boxes[:, kept], rows[kept], place[kept]
+            first, end = first[wide], end[wide]
+        most = leaf_size << min(levels - level, 40)
+        boxes, rows, taken, child_boxes = part(boxes, rows, end - first, most)
+        order[place] = rows
+        cut = first + taken
+        first, end = np.stack([first, cut], axis=1).ravel(), np.stack([cut, end], axis=1).ravel()
+        firsts.append(first)
+        ends.append(end)
+        node_boxes.append(child_boxes)
+        made += len(first)
+    parts = (firsts, ends, lefts, rights)
+    return order, Forest(*(np.concatenate(part) for part in parts), np.concatenate(node_boxes, axis=1))
 
 
-def part(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray, most: int) -> np.ndarray:
-    """Sort the rows of each range by place, in `boxes` and `order`, and say where to cut it.
+def part(
+    boxes: np.ndarray, rows: np.ndarray, size: np.ndarray, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Sort ranges of `size` boxes each by place, and cut each in two where that is cheapest.
 
-    most : rows that a part of a range may hold at most, twice what the levels that remain can hold
+    most : how many a range may hold for the levels that remain;  rows : go along with the boxes
+    Returns boxes and rows, sorted; how many each first part takes; the boxes of the parts, (6, 2 * ranges).
     """
-    size = end - first
-    start = np.concatenate([[0], np.cumsum(size)])[:-1]
-    node = np.repeat(np.arange(len(first)), size)
-    rows = np.arange(len(node)) + np.repeat(first - start, size)
-    whole = len(rows) == boxes.shape[1]
-    mine = boxes if whole else boxes[:, rows]
+    start = np.cumsum(size) - size
+    nodes = np.arange(len(size))
+    node = np.repeat(nodes, size)
 
     # Bins along the longest side of the box around the centres.
-    centres = mine[:3] - mine[3:]
+    centres = boxes[:3] - boxes[3:]
     low = np.minimum.reduceat(centres, start, axis=1)
     extent = np.maximum.reduceat(centres, start, axis=1) - low
     axis = extent.argmax(axis=0)
-    nodes = np.arange(len(first))
     longest = extent[axis, nodes]
     scale = np.where(longest > 0, np.float32(BINS) / np.maximum(longest, np.float32(1e-30)), 0).astype(np.float32)
-    along = centres[0] if (axis == 0).all() else np.take_along_axis(centres, axis[node][None], axis=0)[0]
+    along = centres.ravel()[np.repeat(axis * len(rows), size) + np.arange(len(rows))]
     bins = (along - np.repeat(low[axis, nodes], size)) * np.repeat(scale, size)
     key = np.minimum(bins, np.float32(BINS - 1)).astype(np.int32) + BINS * node
-    sort = np.argsort(key.astype(np.uint16) if len(first) * BINS <= 1 << 16 else key, kind="stable")
-    mine = mine[:, sort]
-    boxes[:, rows], order[rows] = mine, order[rows][sort]
+    bin_count = BINS * len(size)
+    sort = np.argsort(key.astype(np.uint16) if bin_count <= 1 << 16 else key, kind="stable")
+    boxes, rows = np.take(boxes, sort, axis=1), rows[sort]
 
-    # The cheapest cut: area times count on both sides, summed.
-    count = np.bincount(key, minlength=len(first) * BINS).reshape(-1, BINS)
-    filled = count.ravel() > 0
-    bin_boxes = np.full((6, len(first) * BINS), np.inf, np.float32)
-    bin_starts = np.concatenate([[0], np.cumsum(count)])[:-1]
-    bin_boxes[:, filled] = np.minimum.reduceat(mine, bin_starts[filled], axis=1)
+    # Area times count on both sides of every cut, summed.
+    count = np.bincount(key, minlength=bin_count)
+    filled = np.flatnonzero(count)
+    bin_boxes = np.full((6, bin_count), np.inf, np.float32)
+    bin_boxes[:, filled] = np.minimum.reduceat(boxes, (np.cumsum(count) - count)[filled], axis=1)
     bin_boxes = bin_boxes.reshape(6, -1, BINS)
-    before = np.minimum.accumulate(bin_boxes, axis=2)[..., :-1]
-    behind = np.minimum.accumulate(bin_boxes[..., ::-1], axis=2)[..., -2::-1]
-    held = np.cumsum(count, axis=1)
-    cuts = held[:, :-1]
+    before, behind = bin_boxes[..., :-1].copy(), bin_boxes[..., 1:].copy()
+    for k in range(1, BINS - 1):
+        np.minimum(before[..., k], before[..., k - 1], out=before[..., k])
+        np.minimum(behind[..., -1 - k], behind[..., -k], out=behind[..., -1 - k])
+    cuts = np.cumsum(count.reshape(-1, BINS), axis=1)[:, :-1]
     with np.errstate(invalid="ignore", over="ignore"):
         cost = area(before) * cuts + area(behind) * (size[:, None] - cuts)
     cost[~((cuts > 0) & (cuts < size[:, None]) & np.isfinite(cost))] = np.inf
     best = cost.argmin(axis=1)
     taken = cuts[nodes, best]
-    larger = np.maximum(taken, size - taken)
-    halve = ~np.isfinite(cost[nodes, best]) | (2 * larger > most)
-    return first + np.where(halve, size // 2, taken)
+    parts = np.stack([before[:, nodes, best], behind[:, nodes, best]], axis=2)
+
+    # All in one place, or too lopsided for the levels that remain: halve by count.
+    halved = np.flatnonzero(~np.isfinite(cost[nodes, best]) | (2 * np.maximum(taken, size - taken) > most))
+    if len(halved):
+        taken[halved] = size[halved] // 2
+        edges = np.stack([start, start + taken, start + size], axis=1)[halved].ravel()
+        boxes_between = np.minimum.reduceat(boxes, np.minimum(edges, len(rows) - 1), axis=1)
+        parts[:, halved] = boxes_between.reshape(6, -1, 3)[..., :2]
+    return boxes, rows, taken, parts.reshape(6, -1)
 
 
 def area(boxes: np.ndarray) -> np.ndarray:

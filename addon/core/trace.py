@@ -252,8 +252,9 @@ def make_request(
         )
     if reach is None:
         reach = float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
+    far = 0.0 if settings.step_control == "constant" else reach
     # A little more than the objects reach, so that rounding puts none of them outside.
-    radius = settings.escape_radius or max(model.escape_radius(reach), 1.01 * packed.bounds_radius, 1e-6)
+    radius = settings.escape_radius or max(model.escape_radius(far), 1.01 * packed.bounds_radius, 1e-6)
     step = settings.step or model.default_step()
     if not model.curved:  # one chord from the camera to the far side of the bounding sphere
         radius = max(1.01 * packed.bounds_radius, 1e-6)
@@ -292,6 +293,7 @@ def make_request(
         first_step=step,
         smallest_step=1e-6 * min(step, model.default_step()),
         escape_radius=radius,
+        inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
         outputs=outputs,
         rays=rays,
         flat_frame=not model.has_static_frame and (observer == "moving" or "frequency" in outputs),

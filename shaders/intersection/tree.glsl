@@ -1,15 +1,11 @@
-// Provides the first object that a piece of a ray meets, from a tree of bounding boxes (addon/core/bvh.py; four texels a
-// node: both children's boxes). A piece is one straight chord, or a curve that is cut into chords: then a single descent
-// serves them all. A box is met where the straight way from end to end comes nearer to it than the curve may stray.
+// Provides the first object that a chord of a ray meets, from a tree of bounding boxes: addon/core/bvh.py, four texels a
+// node, which are both children's boxes. The nearer child is visited first, the other one waits on a small stack.
 
 const int STACK_SIZE = 40;
 const int DONE = -1;  // other negative numbers are leaves
 
 uniform sampler2D u_tree;
 
-#ifdef CHORDS
-vec3 point_at(Curve curve, float t);
-#endif
 #ifdef TRIANGLES
 void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met);
 #endif
@@ -62,48 +58,9 @@ void meet_leaf(int leaf, Segment chord, inout Hit hit, inout bool met) {
 #endif
 }
 
-#ifdef CHORDS
-// The leaf's objects against all chords before hit.fraction, which is one of the whole curve here. Where something is
-// met, chord is the one, and on_chord the fraction there.
-bool meet_chords(int leaf, Curve curve, int chords, inout Hit hit, inout Segment chord, inout float on_chord) {
-    bool found = false;
-    vec3 from = curve.a;
-    float count = float(chords);
-    for (int k = 0; k < chords; ++k) {
-        float before = float(k);
-        if (found || before >= hit.fraction * count) break;
-        vec3 to = k + 1 == chords ? curve.b : point_at(curve, (before + 1.0) / count);
-        Segment piece = Segment(from, to);
-        Hit candidate = hit;
-        candidate.fraction = min(hit.fraction * count - before, 1.0);
-        bool met = false;
-        meet_leaf(leaf, piece, candidate, met);
-        if (met) {
-            hit = candidate;
-            hit.fraction = (before + candidate.fraction) / count;
-            chord = piece;
-            on_chord = candidate.fraction;
-            found = true;
-        }
-        from = to;
-    }
-    return found;
-}
-#endif
-
-// wanted : nothing is met without it. Where something is met, hit.fraction is the one on the piece.
-#ifdef CHORDS
-// chord : the chord that met it, and on_chord : the fraction there
-bool first_hit(
-    Curve curve, int chords, Probe probe, bool steady, bool wanted, inout Hit hit, inout Segment chord, inout float on_chord
-) {
-    vec3 along = curve.b - curve.a;
-    float inverse = 1.0 / max(dot(along, along), 1e-30);
+// The first object that the chord meets before hit.fraction. wanted : without it nothing is looked for
+bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit) {
     int node = wanted ? 0 : DONE;
-#else
-bool first_hit(Segment chord, Probe probe, inout Hit hit) {
-    int node = 0;
-#endif
     bool met = false;
     int stack[STACK_SIZE];
     stack[0] = DONE;
@@ -132,20 +89,10 @@ bool first_hit(Segment chord, Probe probe, inout Hit hit) {
             }
         }
         if (node != DONE) {
-#ifdef CHORDS
-            if (meet_chords(node, curve, chords, hit, chord, on_chord)) {
-                met = true;
-                vec3 place = point_at(curve, hit.fraction) - curve.a;
-                if (steady) probe.end = min(dot(place, along) * inverse + 1e-4, 1.0);
-            }
-#else
             bool nearer = false;
             meet_leaf(node, chord, hit, nearer);
-            if (nearer) {
-                met = true;
-                probe.end = hit.fraction * 1.00001;
-            }
-#endif
+            met = met || nearer;
+            probe.end = min(probe.end, hit.fraction * 1.00001);
             --depth;
             node = stack[depth];
         }

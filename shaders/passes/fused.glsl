@@ -35,20 +35,16 @@ uniform vec3 u_bounds_high;
 const int MOST_CHORDS = 64;  // chords of a piece, at most
 
 Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after);
+vec3 point_at(Curve curve, float t);
 vec3 tangent_at(Curve curve, float t);
 float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
 float entry(vec3 low, vec3 high, Probe probe);  // where the piece meets a box
-bool first_hit(
-    Curve curve, int chords, Probe probe, bool steady, bool wanted, inout Hit hit, inout Segment chord, inout float on_chord
-);
 #endif
 #else
 uniform float u_escape_radius;
-#ifdef GEOMETRY
-bool first_hit(Segment chord, Probe probe, inout Hit hit);
-#endif
 #endif
 #ifdef GEOMETRY
+bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit);
 Probe make_probe(vec3 a, vec3 b, float radius);
 #endif
 #ifdef FAR_SIDE
@@ -107,14 +103,25 @@ Step attempt_step(RayState s, RayState first, float h, out RayState last) {
     for (int i = 0; i < u_steps; ++i) whole = advance_from(whole, rate, h, rate).state;
     for (int i = 0; i < 2 * u_steps; ++i) halves = advance_from(halves, last, 0.5 * h, last).state;
     // Where both results lie in the absorbing region, how far they got in it means nothing.
-    bool gone = absorbed(whole) && absorbed(halves);
-    return Step(halves, gone ? 0.0 : angular_error(s, halves, whole.x - halves.x, whole.v - halves.v));
+    bool both_absorbed = absorbed(whole) && absorbed(halves);
+    return Step(halves, both_absorbed ? 0.0 : angular_error(s, halves, whole.x - halves.x, whole.v - halves.v));
 }
 #else
 Step attempt_step(RayState s, RayState first, float h, out RayState last) {
     return advance_from(s, first, h, last);
 }
 #endif
+#endif
+
+#ifndef STRAIGHT
+// As outside() has it, with the derivative at hand.
+bool escaped(RayState s, RayState rate) {
+#ifdef FAR_SIDE
+    return outside(s);
+#else
+    return dot(s.x, s.x) > bounding_radius() * bounding_radius() && dot(s.x, rate.x) > 0.0;
+#endif
+}
 #endif
 
 void main() {
@@ -129,7 +136,7 @@ void main() {
     Hit hit;
     hit.fraction = 1.0;
     Segment chord = Segment(s.x, s.x + way * s.v);
-    if (first_hit(chord, make_probe(chord.a, chord.b, 0.0), hit)) {
+    if (first_hit(chord, make_probe(chord.a, chord.b, 0.0), true, hit)) {
         status = HIT;
         way *= hit.fraction;
     }
@@ -145,7 +152,7 @@ void main() {
 #else
     float h = u_step;
 #endif
-    float status = absorbed(s) ? ABSORBED : outside(s) ? ESCAPED : RUNNING;
+    float status = absorbed(s) ? ABSORBED : escaped(s, rate) ? ESCAPED : RUNNING;
     int taken = 0;
 #ifdef ADAPTIVE
     float summed_error = 0.0;
@@ -156,7 +163,6 @@ void main() {
 #ifdef CHORDS
     Hit hit;
     Segment chord = Segment(s.x, s.x);
-    float on_chord = 0.0;
     vec3 hit_direction;
     vec3 piece_x = s.x;  // where the piece begins
     vec3 piece_rate = rate.x;
@@ -166,8 +172,6 @@ void main() {
 #ifdef CHORDS
         bool piece_ready = false;
         int chords = 1;
-        vec2 stands_over;
-        Probe probe;
         while (status == RUNNING && !piece_ready) {
 #endif
         // One step.
@@ -198,7 +202,7 @@ void main() {
         }
         h = next;
         if (absorbed(s)) status = ABSORBED;
-        else if (outside(s)) status = ESCAPED;
+        else if (escaped(s, rate)) status = ESCAPED;
         else if (!stands && h < u_smallest_step) status = STEP_TOO_SMALL;
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #else
@@ -213,16 +217,17 @@ void main() {
         ++taken;
         if (!stands) status = NOT_FINITE;
         else if (absorbed(s)) status = ABSORBED;
-        else if (outside(s)) status = ESCAPED;
+        else if (escaped(s, rate)) status = ESCAPED;
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #endif
 #ifdef CHORDS
         // Is a piece due, and does it come near anything?
         float span = tau - piece_tau;
+        vec2 stands_over;
         float strays = stray(piece_x, span * piece_rate, s.x, span * rate.x, stands_over);
         float excess = strays / (u_chord_tolerance * max(tau * length(rate.x), 1e-30));
         if (excess > 0.25 || status != RUNNING) {
-            probe = make_probe(piece_x, s.x, strays);
+            Probe probe = make_probe(piece_x, s.x, strays);
             probe.begin = min(min(stands_over.x, stands_over.y), 0.0);
             probe.end = max(max(stands_over.x, stands_over.y), 1.0);
             chords = int(clamp(ceil(sqrt(excess)), 1.0, float(MOST_CHORDS)));
@@ -235,16 +240,34 @@ void main() {
             }
         }
         }
-        // The piece against the objects. Without one the tree is left at once.
+        // The piece's chords against the objects. Those that pass by everything are skipped in a loop of their own, so
+        // that rays which are drawn together go down the tree together.
         float span = tau - piece_tau;
-        Curve curve = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
-        bool steady = 0.0 <= stands_over.x && stands_over.x <= stands_over.y && stands_over.y <= 1.0;
-        hit.fraction = 1.0;
-        if (first_hit(curve, chords, probe, steady, piece_ready, hit, chord, on_chord)) {
-            status = HIT;
-            tau = piece_tau + hit.fraction * span;
-            hit_direction = normalize(tangent_at(curve, hit.fraction));
+        Curve piece = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+        float share = 1.0 / float(chords);
+        int k = piece_ready ? 0 : chords;
+        vec3 to = piece.a;
+        while (k < chords) {
+            bool near = false;
+            Probe probe;
+            while (k < chords && !near) {
+                ++k;
+                chord.a = to;
+                to = k == chords ? piece.b : point_at(piece, float(k) * share);
+                chord.b = to;
+                probe = make_probe(chord.a, chord.b, 0.0);
+                near = entry(u_bounds_low, u_bounds_high, probe) < MISSED;
+            }
+            hit.fraction = 1.0;
+            if (first_hit(chord, probe, near, hit)) {
+                status = HIT;
+                float t = (float(k - 1) + hit.fraction) * share;
+                hit_direction = normalize(tangent_at(piece, t));
+                tau = piece_tau + t * span;
+                k = chords;
+            }
         }
+        if (status == HIT) break;
         piece_x = s.x;
         piece_rate = rate.x;
         piece_tau = tau;
@@ -266,7 +289,6 @@ void main() {
     if (is_hit) {
 #ifdef CHORDS
         out_v.xyz = hit_direction;
-        hit.fraction = on_chord;
 #endif
 #ifdef TRIANGLES
         if (hit.primitive >= 0) complete_triangle_hit(chord, hit);

@@ -90,7 +90,9 @@ def test_a_constant_sky():
 
 
 def test_bent_light_brings_the_sky_from_its_final_direction():
-    """Around the hole: the colour is the sky in the Direction pass, also with a turned model; absorbed is black."""
+    """Around the hole: the colour is the sky in the Direction pass, also with a turned model; absorbed is black. The
+    tolerance is that of the cube's own directions, above, seams included.
+    """
     faces = environment_cube.face_directions(32).astype(np.float32)
     placement = Placement(np.array([1.0, 2.0, 3.0]), scenes.rotation(1.0, 0.3, 0.2), 0.5)
     view = scenes.Camera(scenes.look_at((1, -8, 3), (1, 2, 3)), (-0.9, 0.9, -0.9, 0.9), 24, 24)
@@ -99,7 +101,9 @@ def test_bent_light_brings_the_sky_from_its_final_direction():
     status = passes["Status"][..., 0]
     assert set(np.unique(status)) == {Status.ABSORBED, Status.ESCAPED}
     escaped = status == Status.ESCAPED
-    assert np.abs(passes["Combined"][..., :3] - passes["Direction"])[escaped].max() < 2.0 / 32**2 + 1e-3
+    assert np.abs(passes["Combined"][..., :3] - passes["Direction"])[escaped].max() < (
+        2.0 / 32**2 + 0.2 / 32 + 2.0 / 32 / 256
+    )
     assert (passes["Combined"][status == Status.ABSORBED] == (0, 0, 0, 1)).all()
     _, straight = truth.camera_rays(view)
     assert np.linalg.norm(passes["Direction"] - straight, axis=-1)[escaped].max() > 0.5  # it was bent

@@ -88,7 +88,9 @@ class Model:
         raise NotImplementedError
 
     def escape_radius(self, reach: float) -> float:
-        """Where a ray that begins at the radius `reach` may count as straight, model lengths."""
+        """Where a ray that begins at the radius `reach` may count as straight, model lengths. A reach of 0 is asked where
+        steps are constant, and every length of way costs time.
+        """
         return self.flat_radius()
 
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:

@@ -41,10 +41,10 @@ class Schwarzschild(Model):
         return 100.0 * self.mass
 
     def escape_radius(self, reach: float) -> float:
-        """A ray that leaves at r has still to turn by about 3 M b³ / 4 r⁴. One that comes from afar may have a b up to
-        `reach`, and 3 of these leave 1e-2 M / b; beyond 1e4 M, where float32 has no digits for more, nothing bends.
+        """A ray that leaves at r has still to turn by about 3 M b³ / 4 r⁴, and b may be as large as `reach`: ten times
+        this leaves 1e-4 M / b. Beyond 1e4 M, where float32 has no digits for more, nothing bends.
         """
-        return max(self.flat_radius(), min(3.0 * reach, 1e4 * self.mass))
+        return max(self.flat_radius(), min(10.0 * reach, 1e4 * self.mass))
 
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
         r = float(np.linalg.norm(position))

@@ -1,7 +1,7 @@
 """The fused pipeline: the whole life of every ray in one fragment program (passes/fused.glsl), one draw for a tile.
 
 It is the paper's own future work (Section 7): the loop over integration and intersection unrolled into one program,
-space partitioning (addon/core/bvh.py), deferred shading. Models, integrators, step control, cameras, observers,
+space partitioning (addon/core/bvh.py), deferred shading. The depth of a ray is τ, where it ended. Models, integrators, step control, cameras, observers,
 intersection, shading and environment are the files that the paper's pipeline uses.
 """
 
@@ -10,8 +10,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-import numpy as np
-
 from ..compose import Choice
 from ..device import Device
 from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
@@ -19,7 +17,7 @@ from .tile import Request, Stopwatch, TileEnds
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
-SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 64, 1024  # pixels a side
+SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 64, 512  # pixels a side
 
 
 class FusedPipeline:
@@ -109,7 +107,7 @@ class FusedPipeline:
         given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
-        tables = [texture for texture in self.textures.values()]
+        tables = list(self.textures.values())
         skies = {"u_sky": request.cube, "u_far_sky": request.far_sky and request.far_sky.faces}
         cubes = {name: device.cube(faces) for name, faces in skies.items() if faces is not None}
         self.uploaded_bytes = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in tables)
@@ -188,6 +186,7 @@ class FusedPipeline:
             "u_chord_tolerance": settings.chord_tolerance or settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
             "u_escape_radius": request.escape_radius,
+            "u_inner_radius": request.inner_radius,
             "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
         }
         if request.packed.bounds is not None:

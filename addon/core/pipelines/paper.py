@@ -270,6 +270,7 @@ class PaperPipeline:
             "u_chord_tolerance": self.settings.chord_tolerance or self.settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
             "u_escape_radius": request.escape_radius,
+            "u_inner_radius": request.inner_radius,
         }
         with self.watch.stage("trace"):
             if not self._trace(report, stopped):

@@ -65,7 +65,8 @@ class Request:
     rays            origins and directions, (rows, columns, 4) each, for the camera "given"
     first_step      h, model lengths
     smallest_step   below it an adapted step counts as a failure, model lengths
-    escape_radius   model lengths
+    escape_radius   of the bounding sphere, model lengths
+    inner_radius    where even a ray straight at the centre begins to bend, model lengths; at most escape_radius
     """
 
     settings: Settings
@@ -79,6 +80,7 @@ class Request:
     first_step: float
     smallest_step: float
     escape_radius: float
+    inner_radius: float
     outputs: frozenset[str] = field(default_factory=frozenset)
     rays: tuple[np.ndarray, np.ndarray] | None = None
     flat_frame: bool = False
