@@ -241,9 +241,10 @@ def part(
     halved = np.flatnonzero(~np.isfinite(cost[nodes, best]) | (2 * np.maximum(taken, size - taken) > most))
     if len(halved):
         taken[halved] = size[halved] // 2
+        # Of three results in a row the last is of the gap behind a range; behind the last row there is none.
         edges = np.stack([start, start + taken, start + size], axis=1)[halved].ravel()
-        boxes_between = np.minimum.reduceat(boxes, np.minimum(edges, len(rows) - 1), axis=1)
-        parts[:, halved] = boxes_between.reshape(6, -1, 3)[..., :2]
+        inside = np.minimum.reduceat(boxes, edges[edges < len(rows)], axis=1)
+        parts[:, halved, 0], parts[:, halved, 1] = inside[:, 0::3], inside[:, 1::3]
     return boxes, rows, taken, parts.reshape(6, -1)
 
 

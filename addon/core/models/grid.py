@@ -1,10 +1,10 @@
 """n = 1 + strength · density, density given as voxels: the twin of shaders/media/grid.glsl.
 
-The density is the quadratic B-spline over the voxels. Trilinear interpolation has a gradient that jumps at every
-voxel; a smooth gradient taken elsewhere would not be that of n, and |v| = n would drift. The quadratic B-spline is the
-smallest that has a continuous gradient (27 voxels, where the cubic reads 64), and it stays within the range of the
-densities, so that n cannot become negative between voxels. It blurs: where density varies smoothly, by h²/8 of its
-second derivative. Voxels outside the array are 0, so that n is 1 from a cell beyond the box on.
+The density is the cubic B-spline over the voxels. Trilinear interpolation has a gradient that jumps at every voxel; a
+smooth gradient taken elsewhere would not be that of n, and |v| = n would drift. The B-spline is one field and has a
+smooth gradient, and it stays within the range of the densities, so that n cannot become negative between voxels. It
+blurs: where density varies smoothly, by h²/6 of its second derivative. Voxels outside the array are 0, so that n is 1
+from one and a half cells beyond the box on.
 """
 
 from __future__ import annotations
@@ -64,13 +64,13 @@ class Grid(Medium):
         return corner
 
     def field(self, x):
-        """Sum over the 27 nearest voxels of density · B(x) B(y) B(z), and of its derivatives."""
+        """Sum over the 64 nearest voxels of density · B(x) B(y) B(z), and of its derivatives."""
         at = (x - self.low) / self.cell - 0.5  # voxel centres at whole numbers
-        middle = np.floor(np.clip(at, -1e6, 1e6) + 0.5).astype(np.int64)
+        second = np.floor(np.clip(at, -1e6, 1e6)).astype(np.int64)
         size = np.array(self.density.shape[::-1])
         value, gradient = np.zeros(len(x)), np.zeros_like(x)
-        for offset in itertools.product((-1, 0, 1), repeat=3):
-            voxel = middle + offset
+        for offset in itertools.product((-1, 0, 1, 2), repeat=3):
+            voxel = second + offset
             known = ((voxel >= 0) & (voxel < size)).all(axis=1)
             i, j, k = np.where(known[:, None], voxel, 0).T
             density = np.where(known, self.density[k, j, i], 0.0)
@@ -86,7 +86,7 @@ class Grid(Medium):
         return 0.5 * float(self.cell.min())
 
     def flat_radius(self) -> float:
-        corners = np.maximum(np.abs(self.low - self.cell), np.abs(self.high + self.cell))
+        corners = np.maximum(np.abs(self.low - 1.5 * self.cell), np.abs(self.high + 1.5 * self.cell))
         return float(np.linalg.norm(corners))
 
     def uniforms(self) -> dict[str, object]:
@@ -97,7 +97,9 @@ class Grid(Medium):
 
 
 def b_spline(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The quadratic B-spline at distance d, in cells: 3/4 − d² to |d| = 1/2, (3/2 − |d|)²/2 to 3/2; and its slope."""
-    far = np.clip(1.5 - np.abs(d), 0.0, None)
-    near = np.abs(d) <= 0.5
-    return np.where(near, 0.75 - d**2, 0.5 * far**2), np.where(near, -2.0 * d, -np.sign(d) * far)
+    """The cubic B-spline at distance d, in cells: 2/3 − d² + |d|³/2 to |d| = 1, (2 − |d|)³/6 to 2; and its slope."""
+    size = np.abs(d)
+    far = np.clip(2.0 - size, 0.0, None)
+    near = size <= 1.0
+    weight = np.where(near, 2.0 / 3.0 - d**2 + 0.5 * size**3, far**3 / 6.0)
+    return weight, np.where(near, 1.5 * d * size - 2.0 * d, -0.5 * np.sign(d) * far**2)

@@ -44,6 +44,10 @@ class Medium:
     def flat_radius(self) -> float:
         raise NotImplementedError
 
+    def escape_radius(self, reach: float) -> float:
+        """As Model.escape_radius()."""
+        return self.flat_radius()
+
     def files(self) -> tuple[str, ...]:
         return (f"media/{self.key}",)
 
@@ -125,7 +129,8 @@ class Explosion(Medium):
         return n[:, None] * gradient, n**2
 
     def default_step(self) -> float:
-        return self.blast_radius() * min(max(0.25 * self.model.thickness, 0.002), 0.05)
+        size = max(self.blast_radius(), 0.1 * self.model.radius)  # while it is a point, too
+        return size * min(max(0.25 * self.model.thickness, 0.002), 0.05)
 
     def flat_radius(self) -> float:
         return self.blast_radius() * (1.0 + self.model.roughness + 0.5 * self.model.thickness)
@@ -249,8 +254,9 @@ class Linear(Medium):
         return self.field(x)[1] <= 0.0
 
     def _turning_length(self) -> float:
-        """Radius of curvature at z = 0 of a horizontal ray: 2 n0² / g."""
-        return 2.0 * self.model.index**2 / max(abs(self.model.gradient), 1e-4)
+        """Radius of curvature at z = 0 of a horizontal ray: 2 n0² / g; at most a thousand."""
+        square = 2.0 * self.model.index**2
+        return square / max(abs(self.model.gradient), 1e-3 * square)
 
     def default_step(self) -> float:
         return 0.002 * self._turning_length() / self.model.index
@@ -285,4 +291,8 @@ class Isotropic(Medium):
         return 0.05 * self.model.mass if self.model.mass > 0 else 1.0
 
     def flat_radius(self) -> float:
-        return 100.0 * self.model.mass
+        """n − 1 falls only as 2M/ρ: there it changes the impact parameter by 2e-4 of itself."""
+        return 1e4 * self.model.mass
+
+    def escape_radius(self, reach: float) -> float:
+        return self.flat_radius() if reach else 100.0 * self.model.mass

@@ -188,6 +188,9 @@ class Refraction(Model):
     def flat_radius(self) -> float:
         return self.law.flat_radius()
 
+    def escape_radius(self, reach: float) -> float:
+        return self.law.escape_radius(reach)
+
     def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
         if self.law.dark(np.asarray(position, np.float64)[None])[0]:
             return (

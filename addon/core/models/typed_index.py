@@ -9,6 +9,7 @@ from .base import ParameterError
 from .media import Medium
 
 NAMES = ("x", "y", "z", "r", "t")
+LARGEST_INDEX = 1e18  # its square is a float32
 
 
 class Typed(Medium):
@@ -39,7 +40,8 @@ class Typed(Medium):
         return n[:, None] * gradient, n**2
 
     def dark(self, x):
-        return ~(self.index.numpy(self._values(x)) > 0.0)
+        n = self.index.numpy(self._values(x))
+        return ~((n > 0.0) & (n < LARGEST_INDEX))
 
     def default_step(self) -> float:
         return 0.5 * self.model.grain

@@ -1,8 +1,8 @@
 """The fused pipeline: the whole life of every ray in one fragment program (passes/fused.glsl), one draw for a tile.
 
 It is the paper's own future work (Section 7): the loop over integration and intersection unrolled into one program,
-space partitioning (addon/core/bvh.py), deferred shading. The depth of a ray is τ, where it ended. Models, integrators, step control, cameras, observers,
-intersection, shading and environment are the files that the paper's pipeline uses.
+space partitioning (addon/core/bvh.py), deferred shading. The depth of a ray is τ, where it ended. Models, integrators,
+step control, cameras, observers, intersection, shading and environment are the files that the paper's pipeline uses.
 """
 
 from __future__ import annotations

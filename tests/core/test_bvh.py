@@ -1,0 +1,140 @@
+"""The tree of boxes: every primitive once, boxes that contain what is below them, no deeper than the shader's stack."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from addon.core import bvh
+from addon.core.bvh import LEAF_SIZE, NOWHERE, STACK_SIZE, build
+from addon.core.compose import read
+
+NONE = np.zeros((0, 2, 3), np.float32)
+
+
+def boxes_of(n, seed=0, size=0.1):
+    generator = np.random.default_rng(seed)
+    low = generator.uniform(-1, 1, (n, 3))
+    return np.stack([low, low + size * generator.random((n, 3))], axis=1).astype(np.float32)
+
+
+def check(triangles, spheres):
+    """Walk the whole tree; its depth."""
+    tree = build(triangles, spheres)
+    assert tree.nodes.dtype == np.float32 and tree.nodes.shape[1:] == (4, 4)
+    assert np.array_equal(np.sort(tree.triangles), np.arange(len(triangles)))
+    assert np.array_equal(np.sort(tree.spheres), np.arange(len(spheres)))
+    seen = {1: np.zeros(len(triangles), int), -1: np.zeros(len(spheres), int)}
+    reached = np.zeros(len(tree.nodes), int)
+    reached[0] = 1
+    deepest = 0
+    kinds = {1: triangles[tree.triangles], -1: spheres[tree.spheres]}
+    every = np.concatenate([triangles, spheres])
+    open_nodes = [(0, 0, np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]))]
+    assert np.array_equal(tree.bounds, open_nodes[0][2])
+    while open_nodes:
+        row, depth, outer = open_nodes.pop()
+        deepest = max(deepest, depth)
+        for texels in (tree.nodes[row, :2], tree.nodes[row, 2:]):
+            box, child, count = texels[:, :3], int(texels[0, 3]), int(texels[1, 3])
+            if texels[0, 0] == np.float32(NOWHERE):
+                assert len(tree.nodes) == 1
+                continue
+            assert (outer[0] <= box[0]).all() and (box[1] <= outer[1]).all()
+            if count == 0:
+                assert child > row
+                reached[child] += 1
+                open_nodes.append((child, depth + 1, box))
+                continue
+            assert abs(count) <= LEAF_SIZE
+            kind = 1 if count > 0 else -1
+            rows = np.arange(child, child + abs(count))
+            seen[kind][rows] += 1
+            inside = kinds[kind][rows]
+            assert (box[0] <= inside[:, 0]).all() and (inside[:, 1] <= box[1]).all()
+    assert (reached == 1).all() and (seen[1] == 1).all() and (seen[-1] == 1).all()
+    assert deepest + 1 < STACK_SIZE
+    return deepest
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 9, 100, 257, 3000])
+@pytest.mark.parametrize("kind", ["triangles", "spheres", "both"])
+def test_every_primitive_once_in_boxes_that_contain_it(n, kind):
+    triangles = boxes_of(n, 1) if kind != "spheres" else NONE
+    spheres = boxes_of(max(1, n // 3), 2) if kind != "triangles" else NONE
+    check(triangles, spheres)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    arrays.arrays(
+        np.float32,
+        st.tuples(st.integers(1, 60), st.just(2), st.just(3)),
+        elements=st.sampled_from([-1e15, -1.0, -1e-30, 0.0, 1e-30, 0.5, 0.5000001, 1.0, 7.0, 1e15]),
+    ),
+    st.integers(0, 60),
+)
+def test_degenerate_flat_and_coincident_boxes(corners, sphere_count):
+    boxes = np.sort(corners, axis=1)
+    sphere_count = min(sphere_count, len(boxes))
+    check(boxes[sphere_count:], boxes[:sphere_count])
+
+
+def test_a_thousand_boxes_in_one_place_make_a_balanced_tree():
+    assert check(np.repeat(boxes_of(1), 1000, axis=0), NONE) <= 10
+
+
+def test_sizes_that_grow_from_box_to_box_stay_within_the_stack():
+    """Each box is twice as far out as the one before: the cheapest cut takes one box off at a time."""
+    low = (2.0 ** np.arange(-60, 45))[:, None] * np.ones(3)
+    check(np.repeat(np.stack([low, 1.1 * low], axis=1).astype(np.float32), 20, axis=0), NONE)
+
+
+def test_trees_of_many_cells_are_joined():
+    """Enough boxes for a grid, for several batches, and for cells of both kinds."""
+    assert bvh.grid_cells(np.zeros((6, 10), np.float32), 5).max() == 1 << 15
+    check(boxes_of(20_000, 3, 0.01), boxes_of(50_000, 4, 0.01))
+
+
+def test_it_is_better_than_halves():
+    """Expected boxes a ray meets (the surface area heuristic) against a tree that is cut in the middle of its order."""
+    generator = np.random.default_rng(5)
+    low = np.concatenate([generator.normal(0, 0.05, (2000, 3)), generator.uniform(-10, 10, (2000, 3))])
+    boxes = np.stack([low, low + 0.01], axis=1).astype(np.float32)
+
+    def cost(nodes):
+        sides = (nodes[:, 1::2, :3] - nodes[:, 0::2, :3]).astype(np.float64)
+        x, y, z = np.moveaxis(sides, -1, 0)
+        return float(np.sum(x * y + y * z + z * x))
+
+    def cut_in_the_middle(rows):
+        if len(rows) <= LEAF_SIZE:
+            return 0.0
+        axis = np.ptp(boxes[rows, 0], axis=0).argmax()
+        rows = rows[np.argsort(boxes[rows, 0, axis])]
+        halves = rows[: len(rows) // 2], rows[len(rows) // 2 :]
+        total = 0.0
+        for half in halves:
+            x, y, z = (boxes[half, 1].max(axis=0) - boxes[half, 0].min(axis=0)).astype(np.float64)
+            total += x * y + y * z + z * x + cut_in_the_middle(half)
+        return total
+
+    assert cost(build(boxes, NONE).nodes) < 0.9 * cut_in_the_middle(np.arange(len(boxes)))
+
+
+def test_the_same_boxes_make_the_same_tree():
+    boxes = boxes_of(70_000, 6, 0.01)
+    assert np.array_equal(build(boxes, NONE).nodes, build(boxes, NONE).nodes)
+
+
+def test_nothing_and_too_much_are_refused():
+    with pytest.raises(ValueError, match="not 0"):
+        build(NONE, NONE)
+    too_many = np.broadcast_to(np.zeros((1, 2, 3), np.float32), (bvh.LARGEST_COUNT + 1, 2, 3))
+    with pytest.raises(ValueError, match="Use fewer"):
+        build(too_many, NONE)
+
+
+def test_the_shader_has_the_same_stack():
+    assert f"const int STACK_SIZE = {STACK_SIZE};" in read("intersection/tree")
