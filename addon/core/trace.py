@@ -293,6 +293,7 @@ def make_request(
         first_step=step,
         smallest_step=1e-6 * min(step, model.default_step()),
         escape_radius=radius,
+        bends_within=model.bends_within,
         inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
         outputs=outputs,
         rays=rays,

@@ -15,14 +15,14 @@ float straight_way(vec3 x, vec3 d, float radius) {
     return under_root > 0.0 ? towards - sqrt(under_root) : towards;
 }
 
-// No ray is bent before it has come within a hundred times its impact parameter b of the centre (Schwarzschild's energy
-// changes by M b^2 / r^3 on the way: 2e-7 there for the critical b), and within this radius, which also holds all objects.
+// No ray is bent or hits anything before it has come within this radius, or within so many impact parameters of the centre.
 uniform float u_inner_radius;
+uniform float u_bends_within;
 
 // radius : of the bounding sphere;  tau : of the first point
 RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau) {
     vec3 d = chart_direction(origin, direction);
-    float bent_within = max(u_inner_radius, 100.0 * length(cross(origin, d)));
+    float bent_within = max(u_inner_radius, u_bends_within * length(cross(origin, d)));
     tau = straight_way(origin, d, min(radius, bent_within));
     if (tau > 0.0) return initial_state(origin + tau * d, d);
     return first_state(origin, direction);

@@ -33,6 +33,7 @@ class Model:
     observers: ClassVar[tuple[str, ...]] = ("chart", "static", "moving")
     curved: ClassVar[bool] = True  # False: rays are straight and nothing is integrated
     has_static_frame: ClassVar[bool] = False  # the GLSL defines static_frame(), clock_rate(): spacetime is curved
+    bends_within: ClassVar[float] = 1e30  # impact parameters from the centre, before which a ray is straight
     has_far_side: ClassVar[bool] = False  # the GLSL defines far_side() and own_side(): rays may end in another world
 
     def __init__(self, **values):
@@ -88,8 +89,8 @@ class Model:
         raise NotImplementedError
 
     def escape_radius(self, reach: float) -> float:
-        """Where a ray that begins at the radius `reach` may count as straight, model lengths. A reach of 0 is asked where
-        steps are constant, and every length of way costs time.
+        """Where a ray that begins at the radius `reach` may count as straight, model lengths. A reach of 0 is asked
+        where steps are constant, and every length of way costs time.
         """
         return self.flat_radius()
 

@@ -22,6 +22,7 @@ class Schwarzschild(Model):
     description = "Light around a black hole that does not rotate"
     menu_order = 10
     has_static_frame = True
+    bends_within = 100.0  # E² changes by 2 M b² / r³ on the way in: by 4e-7 until there, for the critical b
     parameters = (
         Parameter(
             "mass", 1.0, "model lengths (G = c = 1)", "Mass; the horizon's radius is twice the mass", 0.0, 1e6, 0.0, 5.0

@@ -187,6 +187,7 @@ class FusedPipeline:
             "u_error_order": float(request.integrator.error_order),
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
+            "u_bends_within": request.bends_within,
             "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
         }
         if request.packed.bounds is not None:

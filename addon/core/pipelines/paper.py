@@ -271,6 +271,7 @@ class PaperPipeline:
             "u_error_order": float(request.integrator.error_order),
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
+            "u_bends_within": request.bends_within,
         }
         with self.watch.stage("trace"):
             if not self._trace(report, stopped):

@@ -67,6 +67,7 @@ class Request:
     smallest_step   below it an adapted step counts as a failure, model lengths
     escape_radius   of the bounding sphere, model lengths
     inner_radius    where even a ray straight at the centre begins to bend, model lengths; at most escape_radius
+    bends_within    how many impact parameters from the centre any other ray begins to bend
     """
 
     settings: Settings
@@ -81,6 +82,7 @@ class Request:
     smallest_step: float
     escape_radius: float
     inner_radius: float
+    bends_within: float
     outputs: frozenset[str] = field(default_factory=frozenset)
     rays: tuple[np.ndarray, np.ndarray] | None = None
     flat_frame: bool = False
