@@ -12,6 +12,7 @@ TEXTS = {  # choice -> its label and description
     "moving": ("Moving", "Take the camera's directions in the frame of an observer who moves past one at rest"),
     "falling": ("Falling", "Take the camera's directions in the frame of an observer who falls into the hole"),
     "paper": ("Paper", "The paper's passes: setup, integration, intersection, termination"),
+    "fused": ("Fused", "The whole ray in one shader program, with a tree over the objects: much faster, same picture"),
     "euler": ("Euler", "Euler's method, first order, as in the paper"),
     "verlet": ("Verlet", "Velocity Verlet, second order"),
     "runge_kutta_4": ("Runge-Kutta 4", "The classical method of fourth order"),

@@ -80,6 +80,10 @@ def draw_model(layout, context) -> None:
     layout.prop(chosen, "center")
     layout.prop(chosen, "scale")
     layout.prop(chosen, "observer")
+    if chosen.observer == "moving":
+        layout.prop(chosen, "observer_velocity")
+    if model.has_far_side:
+        layout.prop(chosen, "far_world")
     world = context.scene.world
     if world is not None:
         row = layout.row(align=True)
@@ -134,10 +138,10 @@ def draw_passes(layout, context) -> None:
 
 def draw_performance(layout, context) -> None:
     chosen = context.scene.nonlinear_rays
-    layout.prop(chosen, "early_termination")
-    layout.prop(chosen, "cull_batches")
-    layout.prop(chosen, "batch_size")
-    layout.prop(chosen, "ray_bits")
+    column = layout.column()
+    column.active = chosen.pipeline == "paper"
+    for name in ("early_termination", "cull_batches", "batch_size", "ray_bits"):
+        column.prop(chosen, name)
     layout.prop(context.scene.render, "preview_pixel_size")
 
 

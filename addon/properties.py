@@ -3,11 +3,11 @@
 import math
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 from bpy.types import PropertyGroup
 
 from .core.scene import Camera
-from .core.settings import PASSES, Settings
+from .core.settings import LARGEST_SPEED, PASSES, Settings
 from .menus import (
     EARLY_TERMINATION_ITEMS,
     FAILED_RAYS_ITEMS,
@@ -56,7 +56,23 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
     observer: EnumProperty(
         name="Observer", description="Whose directions the camera has", items=OBSERVER_ITEMS, default=DEFAULTS.observer
     )
-    pipeline: EnumProperty(name="Pipeline", description="How the work is laid out on the GPU", items=PIPELINE_ITEMS)
+    observer_velocity: FloatVectorProperty(
+        name="Velocity",
+        description="How the observer moves past one at rest, along the world's axes. Unit: speeds of light",
+        size=3,
+        default=DEFAULTS.observer_velocity,
+        min=-LARGEST_SPEED,
+        max=LARGEST_SPEED,
+        precision=3,
+    )
+    far_world: PointerProperty(
+        type=bpy.types.World,
+        name="Far World",
+        description="The sky on the wormhole's far side. Empty: the scene's own world",
+    )
+    pipeline: EnumProperty(
+        name="Pipeline", description="How the work is laid out on the GPU", items=PIPELINE_ITEMS, default="fused"
+    )
     integrator: EnumProperty(
         name="Integrator",
         description="The method that takes a step",
@@ -214,6 +230,7 @@ def settings_from(scene: bpy.types.Scene, camera: Camera | None) -> Settings:
         integrator=chosen.integrator,
         step_control=chosen.step_control,
         observer=chosen.observer,
+        observer_velocity=tuple(chosen.observer_velocity),
         step=chosen.step if chosen.use_custom_step else None,
         tolerance=min(max(chosen.tolerance * pixel_angle(camera), 1e-9), math.pi),
         max_steps=chosen.max_steps,

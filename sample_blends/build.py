@@ -56,6 +56,7 @@ def write_here(name):
     scene.render.resolution_percentage = 100
     scene.render.filepath = "//out/"
     scene.view_settings.view_transform = "Standard"
+    scene.nonlinear_rays.samples = 4
     scene.frame_end = 1
     getattr(scenes, name)(scene)
     bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(f"{name}.blend"), compress=True)

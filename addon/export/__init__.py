@@ -71,6 +71,11 @@ def export_scene(
                 geometry.add(instance)
 
     environment, world_warnings = export_world(scene.world)
+    far_world = scene.nonlinear_rays.far_world if model.has_far_side else None
+    far_environment = None
+    if far_world is not None:
+        far_environment, said = export_world(far_world)
+        world_warnings = world_warnings + said
     triangles = geometry.triangles()
     warnings = camera_warnings + materials.warnings + geometry.warnings + light_warnings + world_warnings
     return Scene(
@@ -83,6 +88,7 @@ def export_scene(
         images=tuple(images.images),
         lights=tuple(lights),
         environment=environment,
+        far_environment=far_environment,
         ambient=ambient(environment),
         warnings=tuple(dict.fromkeys(warnings)),
     )

@@ -38,7 +38,12 @@ def core_camera(extension, width=100, height=50, kind="PERSPECTIVE"):
 
 def test_defaults_are_those_of_core_with_our_integrator(empty_file, extension, properties):
     settings = properties.settings_from(empty_file, core_camera(extension))
-    ours = {"integrator": "dormand_prince_54", "step_control": "embedded", "tolerance": settings.tolerance}
+    ours = {
+        "pipeline": "fused",
+        "integrator": "dormand_prince_54",
+        "step_control": "embedded",
+        "tolerance": settings.tolerance,
+    }
     defaults = extension("addon.core.settings").Settings(**ours)
     assert settings == defaults
 
@@ -165,3 +170,26 @@ def test_what_a_file_stores_of_a_choice_does_not_depend_on_the_others(extension)
     assert menus.items(("paper", "new_one"))[0] == menus.items(("paper",))[0]
     for menu in (menus.MODEL_ITEMS, menus.INTEGRATOR_ITEMS, menus.STEP_CONTROL_ITEMS):
         assert len({item[3] for item in menu}) == len(menu)
+
+
+def test_the_observers_velocity_reaches_the_settings(empty_file, extension, properties):
+    empty_file.nonlinear_rays.observer = "moving"
+    empty_file.nonlinear_rays.observer_velocity = (0.5, 0.0, -0.25)
+    assert properties.settings_from(empty_file, core_camera(extension)).observer_velocity == (0.5, 0.0, -0.25)
+
+
+def test_a_wormhole_has_a_world_of_its_own_behind_it(empty_file, extension):
+    add_camera(empty_file)
+    near, far = bpy.data.worlds.new("Near"), bpy.data.worlds.new("Far")
+    for world, color in ((near, (0.25, 0.0, 0.0)), (far, (0.0, 0.0, 0.5))):
+        world.use_nodes = True
+        world.node_tree.nodes["Background"].inputs["Color"].default_value = (*color, 1.0)
+    empty_file.world = near
+    empty_file.nonlinear_rays.model = "wormhole"
+    empty_file.nonlinear_rays.far_world = far
+    exported, _settings = extension("addon.capture").capture(empty_file, empty_file.view_layers[0])
+    assert exported.environment.color == pytest.approx((0.25, 0.0, 0.0))
+    assert exported.far_environment.color == pytest.approx((0.0, 0.0, 0.5))
+    empty_file.nonlinear_rays.model = "straight"
+    exported, _settings = extension("addon.capture").capture(empty_file, empty_file.view_layers[0])
+    assert exported.far_environment is None
