@@ -279,6 +279,7 @@ def make_request(
     far_sky = scene.far_environment if model.has_far_side and "color" in outputs else None
     if far_sky is not None:
         values["u_far_sky_color"] = tuple(far_sky.color)
+        values["u_far_world_from_model"] = values["u_world_from_model"]  # a name of its own: both may be in one program
         far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
     model_flags = model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     return Request(

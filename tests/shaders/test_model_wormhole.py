@@ -156,11 +156,12 @@ def test_nothing_is_nan():
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def picture(**options):
-    """64 x 64 pixels of the throat, seen from 4 b away along +y."""
+def picture(near=None, pipeline="paper", **options):
+    """64 x 64 pixels of the throat, seen from 4 b away along +y. near : its sky; red without it"""
     view = scenes.camera(64, 64, position=(0.0, -4.0, 0.0))
-    scene = scenes.Scene(view, MODELS["wormhole"](), environment=Environment(RED), **options)
-    return render(scene, Settings(integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4))
+    scene = scenes.Scene(view, MODELS["wormhole"](), environment=near or Environment(RED), **options)
+    settings = Settings(pipeline, integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
+    return render(scene, settings)
 
 
 def test_the_far_sky_is_seen_through_the_throat():
@@ -189,6 +190,16 @@ def test_a_far_cube_is_looked_up_in_the_far_charts_directions():
     colors = picture(far_environment=Environment(faces=faces)).passes["Combined"]
     middle = colors[31:33, 31:33, :3].mean(axis=(0, 1))
     assert 2 * middle - 1 == pytest.approx([0.0, -1.0, 0.0], abs=0.05)
+
+
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_both_skies_may_be_cubes(pipeline):
+    """Two textures in one program: the far one in the middle, the near one at the rim."""
+    far = (0.5 + 0.5 * face_directions(32)).astype(np.float32)
+    red = np.broadcast_to(np.float32(RED), (6, 4, 4, 3)).copy()
+    colors = picture(Environment(faces=red), pipeline, far_environment=Environment(faces=far)).passes["Combined"]
+    assert 2 * colors[31:33, 31:33, :3].mean(axis=(0, 1)) - 1 == pytest.approx([0.0, -1.0, 0.0], abs=0.05)
+    assert colors[0, 0, :3] == pytest.approx(RED)
 
 
 def test_far_objects_stand_inside_the_ball_and_near_ones_do_not_show_through():
