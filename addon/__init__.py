@@ -5,7 +5,7 @@ Imports wait for register(), so that `addon.core` serves scripts and tests witho
 
 from importlib import import_module
 
-PARTS = ("properties", "preferences", "engine", "operators", "panels", "commands")
+PARTS = ("properties", "preferences", "engine", "operators", "presets", "panels", "commands")
 
 
 def parts():

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import bpy
 
 from .core.scene import Scene, SceneError
-from .core.settings import Settings
+from .core.settings import LARGEST_SPEED, Settings
 from .export import camera_problem, export_scene
 from .model_properties import model_and_placement
 from .properties import settings_from
@@ -21,14 +21,16 @@ from .properties import settings_from
 ENGINE = "NONLINEAR_RAYS"
 SMALLEST = 4  # pixels a side, Blender's minimum: what the copy's own Render Result costs
 
-_waiting: list[Callable[[bpy.types.Depsgraph], None]] = []
+FrameSet = Callable[[int, float], None]  # frame, subframe: evaluates the render's depsgraph there
+
+_waiting: list[Callable[[bpy.types.Depsgraph, FrameSet], None]] = []
 
 
-def take(depsgraph: bpy.types.Depsgraph) -> bool:
+def take(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> bool:
     """Called by the engine's render(): True where a capture was waiting for this depsgraph."""
     if not _waiting:
         return False
-    _waiting.pop()(depsgraph)
+    _waiting.pop()(depsgraph, frame_set)
     return True
 
 
@@ -51,12 +53,40 @@ def border_region(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]
     )
 
 
+def camera_velocity(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> tuple[float, float, float]:
+    """Where the camera goes from the frame before to the one after, in units of the speed of light, world space.
+
+    Raises SceneError where that is as fast as light.
+    """
+    scene = depsgraph.scene_eval
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    places = []
+    try:
+        for other in (frame - 1, frame + 1):
+            frame_set(other, subframe)
+            places.append(depsgraph.scene_eval.camera.evaluated_get(depsgraph).matrix_world.translation.copy())
+    finally:
+        frame_set(frame, subframe)
+    scene = depsgraph.scene_eval
+    chosen = scene.nonlinear_rays
+    seconds = 2.0 * scene.render.fps_base / scene.render.fps
+    velocity = (places[1] - places[0]) / (seconds * chosen.scale * chosen.speed_of_light)
+    if velocity.length > LARGEST_SPEED:
+        raise SceneError(
+            f"The camera moves with {velocity.length:g} times the speed of light in frame {frame}. "
+            "Raise Speed of Light in the Nonlinear Rays panel, or animate the camera slower."
+        )
+    return tuple(velocity)
+
+
 def export(
     depsgraph: bpy.types.Depsgraph,
     size: tuple[int, int] | None = None,
     region: tuple[int, int, int, int] | None = None,
+    frame_set: FrameSet | None = None,
 ) -> tuple[Scene, Settings]:
     """What core.trace.render takes. size, region : of the picture; by default the scene's own, without its border.
+    frame_set : the engine's; without it the observer's velocity is the typed one.
 
     Raises SceneError, SettingsError, ParameterError.
     """
@@ -65,10 +95,15 @@ def export(
         raise SceneError(problem)
     if scene.nonlinear_rays.scale <= 0.0:
         raise SceneError("The model's scale is zero. Set Scale in the Nonlinear Rays panel above zero.")
+    velocity = None
+    chosen = scene.nonlinear_rays
+    if chosen.observer == "moving" and chosen.velocity_from_camera and frame_set is not None:
+        velocity = camera_velocity(depsgraph, frame_set)
+        scene = depsgraph.scene_eval
     width, height = size or picture_size(scene.render)
     model, placement = model_and_placement(scene, depsgraph)
     exported = export_scene(depsgraph, model=model, placement=placement, width=width, height=height, region=region)
-    return exported, settings_from(scene, exported.camera)
+    return exported, settings_from(scene, exported.camera, velocity)
 
 
 @contextlib.contextmanager
@@ -99,9 +134,9 @@ def capture(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[Sc
     size, region = picture_size(scene.render), border_region(scene.render)
     outcome: list = []
 
-    def receive(depsgraph: bpy.types.Depsgraph) -> None:
+    def receive(depsgraph: bpy.types.Depsgraph, frame_set: FrameSet) -> None:
         try:
-            outcome.append(export(depsgraph, size, region))
+            outcome.append(export(depsgraph, size, region, frame_set))
         except Exception as error:  # raised again below, outside Blender's render
             outcome.append(error.with_traceback(None))
 

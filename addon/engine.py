@@ -50,7 +50,7 @@ class NonlinearRaysEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         """One view layer of one frame. Errors are reported: an exception would write an empty picture."""
         try:
-            if not capture.take(depsgraph):
+            if not capture.take(depsgraph, self.frame_set):
                 self._render(depsgraph)
         except trace.Cancelled:
             return  # _render has ended its result as a cancelled one
@@ -60,7 +60,7 @@ class NonlinearRaysEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph) -> None:
         render = depsgraph.scene_eval.render
         self.update_stats("", "Nonlinear Rays: reading the scene")
-        scene, settings = capture.export(depsgraph, region=capture.border_region(render))
+        scene, settings = capture.export(depsgraph, region=capture.border_region(render), frame_set=self.frame_set)
         width, height = scene.camera.size
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
         clock = Clock()

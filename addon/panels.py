@@ -19,6 +19,7 @@ from .operators import (
     NONLINEAR_RAYS_OT_remove_named_value,
     NONLINEAR_RAYS_OT_render,
 )
+from .presets import NONLINEAR_RAYS_MT_accuracy, NONLINEAR_RAYS_MT_presets
 from .properties import OPTIONAL_PASSES, pass_property
 
 CHARACTER_PIXELS = 7.0  # of a panel's font at a scale of 1
@@ -63,6 +64,7 @@ def draw_render_button(layout, context) -> None:
 
 def draw_model(layout, context) -> None:
     chosen = context.scene.nonlinear_rays
+    layout.menu(NONLINEAR_RAYS_MT_presets.bl_idname, icon="PRESET")
     layout.prop(chosen, "model")
     group = parameters_of(context.scene)
     model = MODELS[chosen.model]
@@ -81,7 +83,12 @@ def draw_model(layout, context) -> None:
     layout.prop(chosen, "scale")
     layout.prop(chosen, "observer")
     if chosen.observer == "moving":
-        layout.prop(chosen, "observer_velocity")
+        row = layout.row()
+        row.active = not chosen.velocity_from_camera
+        row.prop(chosen, "observer_velocity")
+        layout.prop(chosen, "velocity_from_camera")
+        if chosen.velocity_from_camera:
+            layout.prop(chosen, "speed_of_light")
     if model.has_far_side:
         layout.prop(chosen, "far_world")
     world = context.scene.world
@@ -114,6 +121,7 @@ def optional_value(layout, group, switch: str, value: str, text: str) -> None:
 
 def draw_integration(layout, context) -> None:
     chosen = context.scene.nonlinear_rays
+    layout.menu(NONLINEAR_RAYS_MT_accuracy.bl_idname, icon="PRESET")
     layout.prop(chosen, "pipeline")
     layout.prop(chosen, "integrator")
     layout.prop(chosen, "step_control")

@@ -65,6 +65,22 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         max=LARGEST_SPEED,
         precision=3,
     )
+    velocity_from_camera: BoolProperty(
+        name="From Camera Animation",
+        description="Take the velocity of the render's camera from the frame before to the one after. "
+        "The viewport takes the one typed above",
+        default=False,
+    )
+    speed_of_light: FloatProperty(
+        name="Speed of Light",
+        description="How far light comes in a second of the animation: the camera's speed is measured by it. "
+        "Unit: model lengths per second",
+        default=1.0,
+        min=1e-9,
+        max=1e12,
+        soft_min=0.01,
+        soft_max=1000.0,
+    )
     far_world: PointerProperty(
         type=bpy.types.World,
         name="Far World",
@@ -103,7 +119,7 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
     tolerance: FloatProperty(
         name="Tolerance",
         description="How wrong a ray (Embedded) or one segment of it (Step Doubling) may be. Unit: pixels",
-        default=0.1,
+        default=0.05,
         min=1e-4,
         max=1e4,
         soft_min=0.01,
@@ -219,8 +235,13 @@ def pixel_angle(camera: Camera | None) -> float:
     return min((right - left) / camera.width, (top - bottom) / camera.height)
 
 
-def settings_from(scene: bpy.types.Scene, camera: Camera | None) -> Settings:
-    """What the user chose. camera : the exported one, core.scene.Camera, which turns pixels into radians.
+def settings_from(
+    scene: bpy.types.Scene, camera: Camera | None, velocity: tuple[float, float, float] | None = None
+) -> Settings:
+    """What the user chose.
+
+    camera : the exported one, core.scene.Camera, which turns pixels into radians
+    velocity : the observer's, where it is not the typed one; world space, in units of that of light
 
     Raises core.settings.SettingsError.
     """
@@ -230,7 +251,7 @@ def settings_from(scene: bpy.types.Scene, camera: Camera | None) -> Settings:
         integrator=chosen.integrator,
         step_control=chosen.step_control,
         observer=chosen.observer,
-        observer_velocity=tuple(chosen.observer_velocity),
+        observer_velocity=tuple(chosen.observer_velocity if velocity is None else velocity),
         step=chosen.step if chosen.use_custom_step else None,
         tolerance=min(max(chosen.tolerance * pixel_angle(camera), 1e-9), math.pi),
         max_steps=chosen.max_steps,

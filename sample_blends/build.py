@@ -15,7 +15,20 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-SAMPLES = ("test_scene", "schwarzschild", "suzanne")  # functions in scenes.py
+SAMPLES = (  # functions in scenes.py
+    "test_scene",
+    "lorenz",
+    "potential",
+    "explosion",
+    "schwarzschild",
+    "neutron_star",
+    "suzanne",
+    "kerr",
+    "wormhole",
+    "mirage",
+    "luneburg",
+    "volume_refraction",
+)
 
 
 def build(name, folder):

@@ -67,6 +67,113 @@ def gradient_sky(size=512):
     return np.repeat(np.round(column).astype(np.uint8)[:, None], size, axis=1)
 
 
+def disk(width=1024, height=192, turns=1.5):
+    """Glowing gas on a ring: u goes around, v from the inner rim, white hot, to the outer one, dark red. No seam."""
+    random = np.random.default_rng(SEED)
+    u = (np.arange(width) + 0.5) / width * 2 * np.pi
+    v = ((np.arange(height) + 0.5) / height)[:, None]
+    streaks = np.zeros((height, width))
+    for octave in range(5):  # waves that trail, finer across than around
+        for _ in range(6):
+            around, across = random.integers(1, 4) * 2**octave, random.normal() * 9 * 2**octave
+            streaks += np.sin(around * (u + turns * np.log(v + 0.25)) + across * v + random.uniform(0, 2 * np.pi)) / (
+                2**octave * 4
+            )
+    heat = (0.06 + 0.94 * (1 - v) ** 1.7) * np.clip(0.75 + 0.45 * streaks, 0.12, 1.4)
+    heat *= np.clip((1 - v) / 0.06, 0, 1) * 0.85 + 0.15  # the outer rim is thin
+    light = 1.5 * heat[..., None] ** np.array((0.75, 1.45, 2.5)) * (1.0, 0.80, 0.62)
+    return np.round(255 * _srgb(np.clip(light, 0, 1))).astype(np.uint8)
+
+
+def asphalt(width=128, height=512):
+    """A piece of road: v goes along it; dashes in the middle, a line at each edge."""
+    random = np.random.default_rng(SEED)
+    grain = 78 + 14 * random.normal(size=(height, width))
+    picture = np.repeat(np.clip(grain, 40, 120)[..., None], 3, axis=2) * (1.0, 0.97, 0.95)
+    u, v = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+    dash = (np.abs(u - 0.5)[None, :] < 0.012) & ((v % 0.5) < 0.25)[:, None]
+    edge = np.broadcast_to(np.abs(np.abs(u - 0.5) - 0.46)[None, :] < 0.012, dash.shape)
+    picture[dash | edge] = 232, 226, 208
+    return np.round(picture).astype(np.uint8)
+
+
+def sand(size=256):
+    """Ripples and grains; repeats without a seam."""
+    random = np.random.default_rng(SEED)
+    y, x = np.mgrid[:size, :size] / size * 2 * np.pi
+    shade = 1 + 0.03 * random.normal(size=(size, size))
+    for _ in range(8):
+        a, b = random.integers(-6, 7, 2)
+        shade += 0.03 * np.sin(a * x + b * y + random.uniform(0, 2 * np.pi))
+    return np.round(np.clip(shade[..., None] * (204, 168, 118), 0, 255)).astype(np.uint8)
+
+
+def ridge(width=512, height=64):
+    """Rock in layers for the mountains."""
+    random = np.random.default_rng(SEED)
+    layers = np.interp(np.linspace(0, 1, height), np.linspace(0, 1, 12), random.uniform(0.8, 1.1, 12))
+    shade = layers[:, None] + 0.05 * random.normal(size=(height, width))
+    return np.round(np.clip(shade[..., None] * (126, 104, 118), 0, 255)).astype(np.uint8)
+
+
+def car_paint(size=128):
+    """The sides of a car: paint below, windows above, two lamps and a plate. v is the height."""
+    picture = np.empty((size, size, 3), np.uint8)
+    picture[:] = 190, 30, 26
+    v, u = (np.mgrid[:size, :size] + 0.5) / size
+    for where, colour in (
+        (v < 0.10, (26, 26, 28)),
+        ((np.abs(v - 0.30) < 0.05) & (np.abs(u - 0.5) < 0.17), (236, 232, 196)),
+        ((np.abs(v - 0.42) < 0.06) & (np.abs(np.abs(u - 0.5) - 0.36) < 0.07), (255, 236, 170)),
+    ):
+        picture[where] = colour
+    return picture
+
+
+def window_paint(size=64):
+    """The upper part of a car: glass within a frame."""
+    v, u = (np.mgrid[:size, :size] + 0.5) / size
+    glass = (np.abs(u - 0.5) < 0.42) & (np.abs(v - 0.45) < 0.38) & (np.abs(u - 0.5) > 0.015)
+    return np.where(glass[..., None], np.uint8((40, 52, 66)), np.uint8((190, 30, 26)))
+
+
+def desert_sky(size=512):
+    """Blue above, pale dust at the horizon, sand below it. Equirectangular."""
+    elevation = (np.arange(size // 2) + 0.5) / (size // 2) * 2 - 1
+    stops = (-1, -0.02, -0.004, 0.004, 0.05, 0.2, 1)
+    colours = np.array(
+        [
+            (190, 152, 104),
+            (206, 172, 124),
+            (222, 206, 178),
+            (216, 222, 224),
+            (160, 198, 228),
+            (96, 152, 214),
+            (40, 84, 160),
+        ]
+    )
+    column = np.stack([np.interp(elevation, stops, channel) for channel in colours.T], axis=-1)
+    return np.repeat(np.round(column).astype(np.uint8)[:, None], size, axis=1)
+
+
+def planet(width=512):
+    """Bands and storms of a gas planet. Equirectangular, no seam."""
+    random = np.random.default_rng(SEED)
+    height = width // 2
+    latitude = ((np.arange(height) + 0.5) / height - 0.5) * np.pi
+    longitude = (np.arange(width) + 0.5) / width * 2 * np.pi
+    directions = _unit(longitude[None, :], latitude[:, None])
+    swirl = _noise(directions, random, 3.0, 4)
+    height_in_bands = directions[..., 2] * 9 + 0.5 * swirl
+    stops = np.linspace(-1, 1, 9)
+    colours = random.permutation(
+        [(214, 178, 132), (168, 104, 70), (236, 214, 178), (190, 140, 96), (226, 196, 150)] * 2
+    )[:9]
+    wave = np.sin(height_in_bands)
+    picture = np.stack([np.interp(wave, stops, channel) for channel in colours.T], axis=-1)
+    return np.round(np.clip(picture * (1 + 0.06 * swirl[..., None]), 0, 255)).astype(np.uint8)
+
+
 def star_sky(width=1024, stars=2600):
     """Stars and a coloured band around the sky, tilted against the horizon. Equirectangular, no seam."""
     random = np.random.default_rng(SEED)

@@ -27,7 +27,7 @@ bool absorbed(RayState s) {
     return dot(s.x, s.x) <= 4.0 * u_mass * u_mass;
 }
 
-// A quarter of the radius: a ray that falls in meets the horizon's inside before it is through.
+// Half of the radius: a ray that falls in meets the horizon's inside before it is through.
 float longest_step(RayState s) {
     if (dot(s.x, s.v) > 0.0 && dot(s.x, s.x) > 16.0 * u_mass * u_mass) return 1.0e30;
     return 0.5 * length(s.x) / max(length(s.v), 1e-30);

@@ -11,7 +11,17 @@ import pytest
 from tools.bpy_extension import REPOSITORY
 
 SAMPLES = REPOSITORY / "sample_blends"
-NAMES = ("test_scene", "schwarzschild", "suzanne")
+FIGURES = ("test_scene", "lorenz", "potential", "explosion", "schwarzschild", "wormhole")  # all show the test scene
+NAMES = (*FIGURES, "neutron_star", "suzanne", "kerr", "mirage", "luneburg", "volume_refraction")
+PRESETS = {  # whose parameters the sample has
+    "test_scene": "figure_4a",
+    "lorenz": "figure_4b",
+    "potential": "figure_4c",
+    "explosion": "figure_4d",
+    "schwarzschild": "figure_4e",
+    "neutron_star": "figure_4f",
+    "volume_refraction": "volume",
+} | {name: name for name in ("suzanne", "kerr", "wormhole", "mirage", "luneburg")}
 ANALYTIC = {"Red Sphere", "Striped Sphere", "Green Sphere"}
 TEST_OBJECTS = ANALYTIC | {"Floor", "Cube", "Pillar", "Screen", "Small Cube", "Torus", "Sun", "Lamp", "Camera"}
 
@@ -41,7 +51,9 @@ def opened(extension):
 
 def content(scene):
     """All that a picture depends on, by name, as numbers, texts and bytes."""
-    found = {"settings": (scene.nonlinear_rays.model, scene.nonlinear_rays.segments), "sky": scene.world.name}
+    chosen = scene.nonlinear_rays
+    found = {"settings": (chosen.model, chosen.observer, chosen.segments, chosen.samples), "sky": scene.world.name}
+    found["parameters"] = parameters(scene)
     for item in scene.objects:
         found[item.name] = (
             np.round(np.array(item.matrix_world), 5).tolist(),
@@ -49,6 +61,8 @@ def content(scene):
             item.nonlinear_rays.analytic_sphere,
             tuple(slot.material.name for slot in item.material_slots),
         )
+        for modifier in item.modifiers:
+            found[f"{item.name}: {modifier.name}"] = modifier.type
         if item.type == "MESH":
             corners, points = item.data.uv_layers[0].uv, item.data.vertices
             uvs, places = np.empty(2 * len(corners), np.float32), np.empty(3 * len(points), np.float32)
@@ -64,9 +78,18 @@ def content(scene):
     return found
 
 
+def parameters(scene):
+    """The chosen model's values; objects and worlds by their names."""
+    group = getattr(scene.nonlinear_rays, scene.nonlinear_rays.model)
+    names = {definition.identifier for definition in group.bl_rna.properties} - {"rna_type", "name", "named_values"}
+    values = {name: getattr(group, name) for name in sorted(names)}
+    return {name: getattr(value, "name", value) for name, value in values.items()}
+
+
 def drawn_triangles(scene):
-    """Triangles of all meshes but the stand-ins of analytic spheres."""
-    meshes = [item.data for item in scene.objects if item.type == "MESH" and not item.nonlinear_rays.analytic_sphere]
+    """Triangles of all meshes but the stand-ins of analytic spheres and what is hidden."""
+    drawn = [item for item in scene.objects if item.type == "MESH" and not item.hide_render]
+    meshes = [item.data for item in drawn if not item.nonlinear_rays.analytic_sphere]
     return sum(len(polygon.vertices) - 2 for mesh in meshes for polygon in mesh.polygons)
 
 
@@ -84,6 +107,7 @@ def test_a_sample_is_small_whole_and_ready_to_render(name, opened):
     assert scene.render.engine == "NONLINEAR_RAYS"
     assert (scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage) == (640, 480, 100)
     assert scene.view_settings.view_transform == "Standard"
+    assert scene.nonlinear_rays.samples == 4
     assert scene.camera is not None and scene.camera.type == "CAMERA"
     images = [image for image in bpy.data.images if image.source == "FILE"]
     assert images and all(image.packed_file and image.size[0] > 0 for image in images)
@@ -106,16 +130,56 @@ def uncompressed(path):
         return zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True).read()
 
 
-def test_the_black_hole_is_in_the_very_test_scene(opened):
+@pytest.mark.parametrize("name", FIGURES[1:])
+def test_it_is_the_very_test_scene(name, opened):
     straight = content(opened(SAMPLES / "test_scene.blend"))
-    scene = opened(SAMPLES / "schwarzschild.blend")
+    scene = opened(SAMPLES / f"{name}.blend")
     curved = content(scene)
-    assert scene.nonlinear_rays.center.name == "Black Hole"
-    assert (straight.pop("settings")[0], curved.pop("settings")[0]) == ("straight", "schwarzschild")
-    del curved["Black Hole"]
-    assert curved == straight
+    assert straight.pop("settings")[0] == "straight" and curved.pop("settings")[0] == scene.nonlinear_rays.model
+    del straight["parameters"], curved["parameters"]
+    own = {
+        "schwarzschild": {"Black Hole"},
+        "wormhole": {"Planet", "Planet: mesh", "Planet: image", "Stars: image"},
+    }.get(name, set())
+    assert {key: value for key, value in curved.items() if key not in own} == straight
+    assert own <= curved.keys()
     assert TEST_OBJECTS.issubset(straight)
-    assert {item.name for item in scene.objects if item.nonlinear_rays.analytic_sphere} == ANALYTIC
+    spheres = {item.name for item in scene.objects if item.nonlinear_rays.analytic_sphere}
+    assert spheres - {"Planet"} == ANALYTIC
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sample_has_the_parameters_of_its_preset(name, opened, extension):
+    scene = opened(SAMPLES / f"{name}.blend")
+    chosen = scene.nonlinear_rays
+    stored = parameters(scene), chosen.model, chosen.observer, chosen.tolerance, chosen.segments, chosen.pipeline
+    extension("addon.presets").apply(scene, PRESETS[name])
+    assert stored == (
+        *(parameters(scene), chosen.model, chosen.observer, chosen.tolerance, chosen.segments, chosen.pipeline),
+    )
+
+
+def test_the_far_side_has_what_the_wormhole_sample_says(opened):
+    """The planet is within the mouth, |x| < b/2, and nothing else is; the far sky is another one."""
+    scene = opened(SAMPLES / "wormhole.blend")
+    mouth = scene.nonlinear_rays.wormhole.throat_radius / 2
+    assert scene.nonlinear_rays.far_world.name == "Stars" != scene.world.name
+    for item in scene.objects:
+        if item.type == "MESH":
+            assert (distance_to_hole(item) < mouth) == (item.name == "Planet"), item.name
+
+
+def test_the_neutron_star_is_larger_than_its_horizon(opened):
+    scene = opened(SAMPLES / "neutron_star.blend")
+    star = scene.objects["Neutron Star"]
+    assert star.nonlinear_rays.analytic_sphere and not star.location.length
+    assert star.scale[0] == 4 > 2 * scene.nonlinear_rays.schwarzschild.mass
+
+
+def test_the_volume_is_there(opened):
+    scene = opened(SAMPLES / "volume_refraction.blend")
+    assert scene.nonlinear_rays.refraction.volume == scene.objects["Fog"]
+    assert scene.objects["Shape"].hide_render and not scene.objects["Fog"].hide_render
 
 
 @pytest.mark.parametrize("name", ["schwarzschild", "suzanne"])
