@@ -135,6 +135,9 @@ def draw_integration(layout, context) -> None:
     column.prop(chosen, "max_steps")
     optional_value(layout, chosen, "use_custom_escape_radius", "escape_radius", "Escape Radius")
     layout.prop(chosen, "samples")
+    row = layout.row()
+    row.active = chosen.pipeline == "fused"
+    row.prop(chosen, "filter_textures")
     layout.prop(chosen, "failed_rays")
 
 

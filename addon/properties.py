@@ -178,6 +178,12 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         max=4096,
         soft_max=64,
     )
+    filter_textures: BoolProperty(
+        name="Filter Textures",
+        description="Average sky and images over what a pixel covers of them after all the bending, so that stars do "
+        "not flicker and checkerboards show no false patterns. Fused pipeline only",
+        default=DEFAULTS.filter_textures,
+    )
     batch_size: IntProperty(
         name="Batch Size",
         description="Objects that one draw call reads; 1 is the paper's crossbar, 0 is automatic. Unit: objects",
@@ -261,6 +267,7 @@ def settings_from(
         escape_radius=chosen.escape_radius if chosen.use_custom_escape_radius else None,
         passes=("Combined", *(name for name in OPTIONAL_PASSES if getattr(chosen, pass_property(name)))),
         samples=chosen.samples,
+        filter_textures=chosen.filter_textures,
         batch_size=chosen.batch_size or None,
         cull_batches=chosen.cull_batches,
         ray_bits=int(chosen.ray_bits),

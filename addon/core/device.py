@@ -66,11 +66,13 @@ class Device:
         texture.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return texture
 
-    def cube(self, faces: np.ndarray):
-        """A cube texture, filtered. faces : float32, (6, size, size, 3)."""
+    def cube(self, faces: np.ndarray, mipmaps: bool = False):
+        """A cube texture, filtered. faces : float32, (6, size, size, 3); mipmaps : for textureLod, a third more."""
         size = faces.shape[1]
         cube = self.ctx.texture_cube((size, size), 3, np.ascontiguousarray(faces, np.float32).tobytes(), dtype="f4")
-        cube.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
+        if mipmaps:
+            cube.build_mipmaps()
+        cube.filter = (self.ctx.LINEAR_MIPMAP_LINEAR if mipmaps else self.ctx.LINEAR, self.ctx.LINEAR)
         return cube
 
     def volume(self, data: np.ndarray):

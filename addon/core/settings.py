@@ -66,6 +66,7 @@ class Settings:
     escape_radius       bounding sphere around the model's centre; None lets model and scene choose
     passes              a tuple out of PASSES
     samples             rays a pixel, spread over the pixel's area
+    filter_textures     filter sky and images over what a pixel covers of them after all the bending (fused only)
     batch_size          objects read by one draw; 1 is the paper's crossbar, None as many as keep a draw short
     cull_batches        skip a batch whose bounding sphere a segment misses
     ray_bits            32 or 16: precision of the ray textures (16 shows the paper's finding)
@@ -87,6 +88,7 @@ class Settings:
     escape_radius: float | None = None
     passes: tuple[str, ...] = ("Combined",)
     samples: int = 1
+    filter_textures: bool = True
     batch_size: int | None = None
     cull_batches: bool = True
     ray_bits: int = 32
@@ -102,6 +104,7 @@ class Settings:
         _one_of("observer", self.observer, OBSERVERS)
         object.__setattr__(self, "observer_velocity", _slower_than_light(self.observer_velocity))
         _one_of("early_termination", self.early_termination, EARLY_TERMINATIONS)
+        _one_of("filter_textures", self.filter_textures, (True, False))
         _one_of("failed_rays", self.failed_rays, FAILED_RAYS)
         _one_of("ray_bits", self.ray_bits, (16, 32))
         if not self.passes:

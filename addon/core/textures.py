@@ -17,6 +17,7 @@ from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Sphere
 
 TEXELS_PER_ROW = 2048  # common/texels.glsl
 GROUP_SIZE = 16  # intersection/triangles.glsl
+LARGEST_HALF = 65504.0  # images become half floats on the GPU
 SMALLEST_LENGTH, LARGEST_LENGTH = 1e-15, 1e15  # model lengths; float32 holds their squares with room for products
 
 
@@ -48,11 +49,12 @@ def folded(texels: np.ndarray) -> np.ndarray:
     return out.reshape(rows, TEXELS_PER_ROW, 4)
 
 
-def pack(scene: Scene, *, groups: bool = True, tree: bool = False) -> Packed:
+def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool = False) -> Packed:
     """Everything of the scene that its shaders read, and nothing else.
 
     groups : bound every GROUP_SIZE triangles, which are sorted in space, by a sphere
     tree : bound everything by a tree of boxes instead, and sort it as the tree's leaves count
+    mipmaps : with coarser levels of the images, a third more of their bytes
     """
     triangles, triangle_warnings = _usable_triangles(scene)
     spheres, sphere_warnings = _usable_spheres(scene)
@@ -81,6 +83,8 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False) -> Packed:
             arrays["u_lights"] = pack_lights(lights, scene)
         if images_used(scene):
             arrays["u_image_table"], arrays["u_image_texels"] = pack_images(scene)
+            if mipmaps:
+                arrays["u_mip_table"], arrays["u_image_mips"] = pack_mipmaps(scene)
     warnings = (*triangle_warnings, *sphere_warnings)
     return Packed(arrays, len(triangles), len(spheres), len(lights), radius, warnings, bounds)
 
@@ -228,3 +232,43 @@ def pack_images(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         blocks.append(folded(np.nan_to_num(image.pixels.reshape(-1, 4))))  # EXR files may hold NaN and infinity
         row += len(blocks[-1])
     return folded(np.array(table, np.float32)), np.concatenate(blocks)
+
+
+def pack_mipmaps(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The table, one texel an image, and the levels from 1 on, each image from the start of a row; see
+    shading/mipmaps.glsl.
+    """
+    table, blocks, row = [], [], 0
+    for image in scene.images:
+        levels = mip_levels(image.pixels)
+        table.append((row, len(levels), 0, 0))
+        blocks.append(folded(np.concatenate([level.reshape(-1, 4) for level in levels] or [np.zeros((1, 4))])))
+        row += len(blocks[-1])
+    return folded(np.array(table, np.float32)), np.concatenate(blocks)
+
+
+def mip_levels(pixels: np.ndarray) -> list[np.ndarray]:
+    """(height, width, 4) -> float32, the coarser levels down to one texel; each has the mean of the image."""
+    levels = []
+    while max(pixels.shape[:2]) > 1:
+        if not levels:  # half floats end there, and a sum of infinities has no mean
+            pixels = np.nan_to_num(pixels, posinf=LARGEST_HALF, neginf=-LARGEST_HALF)
+            pixels = pixels.clip(-LARGEST_HALF, LARGEST_HALF)
+        pixels = _halved(_halved(pixels, 0), 1)
+        levels.append(pixels)
+    return levels
+
+
+def _halved(pixels: np.ndarray, axis: int) -> np.ndarray:
+    """Half as many texels along an axis, rounded down but at least one: each the mean of what it covers."""
+    pixels = np.moveaxis(pixels, axis, 0)
+    count = len(pixels)
+    if count > 1 and count % 2 == 0:
+        pixels = np.float32(0.5) * (pixels[0::2] + pixels[1::2])
+    elif count > 1:  # each covers two texels and a share of a third one, or of both beside its middle one
+        half = count // 2
+        number = np.arange(half, dtype=np.float32).reshape(-1, *[1] * (pixels.ndim - 1))
+        pixels = (
+            (half - number) * pixels[0:-1:2] + np.float32(half) * pixels[1::2] + (number + 1) * pixels[2::2]
+        ) / np.float32(count)
+    return np.moveaxis(pixels, 0, axis)

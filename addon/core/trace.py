@@ -208,7 +208,9 @@ def check_memory(columns: int, rows: int, settings: Settings, packed: Packed) ->
 def pack_for(scene: Scene, settings: Settings) -> Packed:
     """What the chosen pipeline reads of the scene."""
     fused = settings.pipeline == "fused"
-    return pack(scene, groups=settings.cull_batches and not fused, tree=fused)
+    return pack(
+        scene, groups=settings.cull_batches and not fused, tree=fused, mipmaps=fused and settings.filter_textures
+    )
 
 
 def make_pipeline(request: Request, size: tuple[int, int], columns: int, rows: int, watch: Stopwatch):
@@ -325,10 +327,12 @@ def camera_uniforms(scene: Scene) -> dict[str, object]:
     if camera.kind == "ORTHOGRAPHIC":
         window = window / placement.scale
     axes = placement.directions_to_model(camera.world_from_camera[:3, :3].T).T
+    pixel = float(max(abs(window[2:])))
     return {
         "u_camera_position": tuple(placement.points_to_model(camera.world_from_camera[:3, 3])),
         "u_camera_axes": _column_major(axes),
         "u_window": tuple(window),
+        "u_pixel_cone": (0.0, pixel) if camera.kind == "PERSPECTIVE" else (pixel, 0.0),
     }
 
 

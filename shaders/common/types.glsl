@@ -26,7 +26,18 @@ struct Hit {
     vec2 uv;
     int material;
     float object_index;
+#ifdef FILTERED_IMAGES
+    mat2x3 uv_gradient;  // how u and v change with the position
+    mat2 uv_footprint;   // columns: how far uv moves from pixel to pixel
+#endif
 };
+#ifdef FILTERED
+
+struct Footprint {  // what a pixel covers: conjugate axes of an ellipse, as long as it is wide
+    vec3 across;
+    vec3 along;
+};
+#endif
 #ifdef CHORDS
 
 struct Curve {  // a piece of a ray

@@ -44,11 +44,18 @@ void complete_sphere_hit(Segment segment, inout Hit hit) {
     vec3 outward = normalize(hit.position - sphere.xyz);
 #ifdef IMAGES
     const float PI = 3.14159265358979;
-    vec3 own = vec3(
-        dot(texel(u_spheres, 5 * hit.primitive + 2).xyz, outward),
-        dot(texel(u_spheres, 5 * hit.primitive + 3).xyz, outward),
-        dot(texel(u_spheres, 5 * hit.primitive + 4).xyz, outward));
+    mat3 axes = mat3(
+        texel(u_spheres, 5 * hit.primitive + 2).xyz,
+        texel(u_spheres, 5 * hit.primitive + 3).xyz,
+        texel(u_spheres, 5 * hit.primitive + 4).xyz);
+    vec3 own = outward * axes;
     hit.uv = vec2(atan(own.y, own.x) / (2.0 * PI) + 0.5, asin(clamp(own.z, -1.0, 1.0)) / PI + 0.5);
+#ifdef FILTERED_IMAGES
+    float across = max(own.x * own.x + own.y * own.y, 1e-12);  // 0 at the poles, where u means nothing
+    hit.uv_gradient = mat2x3(
+        (own.x * axes[1] - own.y * axes[0]) / (2.0 * PI * across * sphere.w),
+        (axes[2] - own.z * outward) / (PI * sqrt(across) * sphere.w));
+#endif
 #else
     hit.uv = vec2(0.0);
 #endif

@@ -76,6 +76,15 @@ void complete_triangle_hit(Segment segment, inout Hit hit) {
     hit.normal = unit_or(weights.x * c0.xyz + weights.y * c1.xyz + weights.z * c2.xyz, unit_or(face, hit.view));
     if (dot(face, hit.view) < 0.0) hit.normal = -hit.normal;  // seen from behind
     hit.uv = weights.x * vec2(c0.w, c1.w) + weights.y * vec2(c2.w, c3.x) + weights.z * c3.yz;
+#ifdef FILTERED_IMAGES
+    // The dual basis of the edges: how the weights change with the position.
+    float inverse = 1.0 / max(dot(face, face), 1e-37);
+    vec3 weight1 = inverse * cross(edge2, face);
+    vec3 weight2 = inverse * cross(face, edge1);
+    vec2 along1 = vec2(c2.w, c3.x) - vec2(c0.w, c1.w);
+    vec2 along2 = c3.yz - vec2(c0.w, c1.w);
+    hit.uv_gradient = mat2x3(along1.x * weight1 + along2.x * weight2, along1.y * weight1 + along2.y * weight2);
+#endif
 }
 
 #ifndef TREE

@@ -59,15 +59,27 @@ float frequency_shift(vec3 x, vec3 direction);  // of light from infinity, seen 
 float clock_rate(vec3 x);                       // of a clock at rest, against one at infinity
 #endif
 #ifdef COLOR
+#ifdef FILTERED_SKY
+vec4 environment(vec3 direction, Footprint footprint);
+#else
 vec4 environment(vec3 direction);
+#endif
 #ifdef FAR_SKY
 bool far_side(vec3 x);
+#ifdef FILTERED_FAR_SKY
+vec4 far_environment(vec3 direction, Footprint footprint);
+#else
 vec4 far_environment(vec3 direction);
+#endif
 #endif
 #ifdef GEOMETRY
 vec4 shade(Hit hit);
 #endif
 uniform vec4 u_failed_color;  // alpha 0: the environment
+#endif
+#ifdef FILTERED
+Footprint footprint_at(vec3 place, vec3 normal, vec3 kind, float unbent, float steepest);
+uniform vec2 u_pixel_cone;  // of an unbent ray: a pixel's width at the camera, and its growth with the way
 #endif
 #ifdef TRIANGLES
 void complete_triangle_hit(Segment segment, inout Hit hit);  // position, normal, uv, material
@@ -306,6 +318,30 @@ void main() {
 #ifdef SURFACE_PASSES
     out_surface = is_hit ? vec4(hit.normal, hit.object_index) : vec4(0.0);
 #endif
+#ifdef FILTERED
+    // Here, where all four rays of a quad come by: what the pixel covers of the sky or of the surface.
+    vec3 kind = vec3(status, 0.0, 0.0);
+#ifdef FAR_SKY
+    if (far_side(s.x)) kind.x = -status;
+#endif
+    vec3 place = out_v.xyz;
+    vec3 normal = out_v.xyz;
+    float unbent = u_pixel_cone.y;
+    float steepest = 1.0;
+#ifdef GEOMETRY
+    if (is_hit) {
+        kind.yz = vec2(hit.material, hit.object_index);
+        place = hit.position;
+        normal = hit.normal;
+        unbent = u_pixel_cone.x + u_pixel_cone.y * distance(origin, hit.position);
+        steepest = 0.5;
+    }
+#endif
+    Footprint footprint = footprint_at(place, normal, kind, unbent, steepest);
+#ifdef FILTERED_IMAGES
+    hit.uv_footprint = mat2(footprint.across * hit.uv_gradient, footprint.along * hit.uv_gradient);
+#endif
+#endif
 #ifdef COLOR
     if (status == ABSORBED) out_color = vec4(0.0, 0.0, 0.0, 1.0);
 #ifdef GEOMETRY
@@ -314,9 +350,17 @@ void main() {
     else if (status > LEFT_DOMAIN && u_failed_color.a > 0.0) out_color = u_failed_color;
     else if (status == NOT_FINITE) out_color = vec4(0.0, 0.0, 0.0, 1.0);
 #ifdef FAR_SKY
+#ifdef FILTERED_FAR_SKY
+    else if (far_side(s.x)) out_color = far_environment(out_v.xyz, footprint);
+#else
     else if (far_side(s.x)) out_color = far_environment(out_v.xyz);
 #endif
+#endif
+#ifdef FILTERED_SKY
+    else out_color = environment(out_v.xyz, footprint);
+#else
     else out_color = environment(out_v.xyz);
+#endif
 #endif
 #ifdef FREQUENCY
     float shift = status == ABSORBED || status == NOT_FINITE ? 0.0 : frequency_shift(origin, direction);

@@ -8,7 +8,19 @@ uniform sampler2D u_materials;
 uniform vec3 u_ambient;  // radiance that comes from everywhere
 
 #ifdef IMAGES
+#ifdef FILTERED_IMAGES
+vec4 filtered_image(int image, vec2 uv, mat2 footprint);  // scene-linear colour and alpha
+
+vec3 image_color(float image, Hit hit) {
+    return filtered_image(int(image), hit.uv, hit.uv_footprint).rgb;
+}
+#else
 vec4 sample_image(int image, vec2 uv);  // scene-linear colour and alpha
+
+vec3 image_color(float image, Hit hit) {
+    return sample_image(int(image), hit.uv).rgb;
+}
+#endif
 #endif
 #ifdef LIGHTS
 struct Illumination {
@@ -43,8 +55,8 @@ vec4 shade(Hit hit) {
     vec4 base = texel(u_materials, 3 * hit.material);
     vec4 emission = texel(u_materials, 3 * hit.material + 1);
 #ifdef IMAGES
-    if (base.w >= 0.0) base.rgb *= sample_image(int(base.w), hit.uv).rgb;
-    if (emission.w >= 0.0) emission.rgb *= sample_image(int(emission.w), hit.uv).rgb;
+    if (base.w >= 0.0) base.rgb *= image_color(base.w, hit);
+    if (emission.w >= 0.0) emission.rgb *= image_color(emission.w, hit);
 #endif
     vec3 radiance = emission.rgb + base.rgb * u_ambient;
 #ifdef LIGHTS

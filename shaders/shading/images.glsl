@@ -21,23 +21,38 @@ int folded(int i, int size, int extension) {
     return clamp(i, 0, size - 1);
 }
 
-vec4 image_texel(vec4 entry, ivec2 at) {
-    ivec2 size = ivec2(entry.yz);
-    int extension = int(entry.w) & 3;
+// start : index of a picture's first texel in texels
+vec4 image_texel(sampler2D texels, int start, ivec2 size, int extension, ivec2 at) {
     int column = folded(at.x, size.x, extension);
     int row = folded(at.y, size.y, extension);
     if (column < 0 || row < 0) return vec4(0.0);
-    return texel(u_image_texels, (int(entry.x) << TEXELS_PER_ROW_LOG2) + row * size.x + column);
+    return texel(texels, start + row * size.x + column);
+}
+
+vec4 bilinear(sampler2D texels, int start, ivec2 size, int extension, vec2 uv) {
+    vec2 at = uv * vec2(size) - 0.5;
+    vec2 corner = floor(at);
+    vec2 weight = at - corner;
+    ivec2 i = ivec2(corner);
+    vec4 below = mix(
+        image_texel(texels, start, size, extension, i),
+        image_texel(texels, start, size, extension, i + ivec2(1, 0)), weight.x);
+    vec4 above = mix(
+        image_texel(texels, start, size, extension, i + ivec2(0, 1)),
+        image_texel(texels, start, size, extension, i + ivec2(1, 1)), weight.x);
+    return mix(below, above, weight.y);
+}
+
+// entry : of the table
+vec4 sample_image(vec4 entry, vec2 uv) {
+    int start = int(entry.x) << TEXELS_PER_ROW_LOG2;
+    int extension = int(entry.w) & 3;
+    ivec2 size = ivec2(entry.yz);
+    uv = clamp(uv, -1.0e4, 1.0e4);
+    if (int(entry.w) >= 4) return image_texel(u_image_texels, start, size, extension, ivec2(floor(uv * entry.yz)));
+    return bilinear(u_image_texels, start, size, extension, uv);
 }
 
 vec4 sample_image(int image, vec2 uv) {
-    vec4 entry = texel(u_image_table, image);
-    vec2 at = clamp(uv, -1.0e4, 1.0e4) * entry.yz;
-    if (int(entry.w) >= 4) return image_texel(entry, ivec2(floor(at)));
-    vec2 corner = floor(at - 0.5);
-    vec2 weight = at - 0.5 - corner;
-    ivec2 i = ivec2(corner);
-    vec4 below = mix(image_texel(entry, i), image_texel(entry, i + ivec2(1, 0)), weight.x);
-    vec4 above = mix(image_texel(entry, i + ivec2(0, 1)), image_texel(entry, i + ivec2(1, 1)), weight.x);
-    return mix(below, above, weight.y);
+    return sample_image(texel(u_image_table, image), uv);
 }

@@ -208,6 +208,7 @@ def test_everything_is_there_where_it_is_needed():
         assert word in text, word
     assert uploaded == {
         "u_tree", "u_triangles", "u_corners", "u_spheres", "u_materials", "u_lights", "u_image_table", "u_image_texels",
+        "u_mip_table", "u_image_mips",
     }  # fmt: skip
 
 
@@ -217,7 +218,11 @@ def test_everything_is_there_where_it_is_needed():
         ({"triangles": None}, ["meet_triangle", "u_triangles"], {"u_triangles", "u_corners"}),
         ({"spheres": None}, ["meet_sphere", "u_spheres"], {"u_spheres"}),
         ({"lights": ()}, ["light_at", "u_lights"], {"u_lights"}),
-        ({"images": (), "materials": (Material(),)}, ["sample_image"], {"u_image_table", "u_image_texels"}),
+        (
+            {"images": (), "materials": (Material(),)},
+            ["sample_image"],
+            {"u_image_table", "u_image_texels", "u_mip_table", "u_image_mips"},
+        ),
         (
             {"triangles": None, "spheres": None},
             ["u_tree", "Curve", "Probe", "shade(", "stray("],

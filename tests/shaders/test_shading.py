@@ -44,7 +44,7 @@ def compare(scene, tolerance=3e-5):
     """Every hit pixel clear of edges. Places are right to 1e-6, and the highlight's exponent of up to 240 (roughness
     0.3) magnifies a normal's rounding to 1e-4 of its peak; colours are compared relative to the brightest pixel.
     """
-    passes = render(scene, Settings(passes=("Combined", "Status"))).passes
+    passes = render(scene, Settings(passes=("Combined", "Status"), filter_textures=False)).passes
     exact = truth.cast(scene)
     _, directions = truth.camera_rays(scene.camera)
     clear = exact.hit & (exact.margin > 1e-4)

@@ -7,6 +7,7 @@ step control, cameras, observers, intersection, shading and environment are the 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -17,6 +18,7 @@ from .tile import Request, Stopwatch, TileEnds
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
+HALVES = ("u_image_texels", "u_image_mips")  # textures of half floats
 SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 64, 512  # pixels a side
 
 
@@ -85,6 +87,8 @@ class FusedPipeline:
                 if "u_image_table" in packed.arrays:
                     flags.add("IMAGES")
                     files.append("shading/images")
+            if settings.filter_textures:
+                self._choose_filters(files, flags)
         if asked & {"depth", "steps", "error", "drift"}:
             flags.add("TALLY")
         if "drift" in asked:
@@ -92,6 +96,20 @@ class FusedPipeline:
         if "frequency" in asked:
             flags.add("FREQUENCY")
         return Choice("passes/fused", tuple(files), frozenset(flags), generated)
+
+    def _choose_filters(self, files: list[str], flags: set[str]) -> None:
+        """Add what the sky's cubes and the images need to be filtered with the rays' own derivatives."""
+        skies = {"environment/cube": "FILTERED_SKY", "environment/far_cube": "FILTERED_FAR_SKY"}
+        filtered = {flag for file, flag in skies.items() if file in files}
+        if filtered:
+            files.append("environment/mipmaps")
+        if "IMAGES" in flags:
+            filtered.add("FILTERED_IMAGES")
+            files.append("shading/mipmaps")
+        if filtered:
+            # Before the files that call it: it defines constants as well.
+            files.insert(0, "common/footprint")
+            flags |= {"FILTERED", *filtered}
 
     # Memory
 
@@ -101,7 +119,7 @@ class FusedPipeline:
         for name, array in request.packed.arrays.items():
             if not device.program(self.choice).uses(name):
                 continue
-            half = name == "u_image_texels"
+            half = name in HALVES
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if half else array
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, "f2" if half else "f4")
         given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
@@ -109,9 +127,14 @@ class FusedPipeline:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
         tables = list(self.textures.values())
         skies = {"u_sky": request.cube, "u_far_sky": request.far_sky and request.far_sky.faces}
-        cubes = {name: device.cube(faces) for name, faces in skies.items() if faces is not None}
+        cubes = {
+            name: device.cube(faces, self.settings.filter_textures)
+            for name, faces in skies.items()
+            if faces is not None
+        }
         self.uploaded_bytes = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in tables)
-        self.uploaded_bytes += sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in cubes.values())
+        cube_bytes = sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in cubes.values())
+        self.uploaded_bytes += cube_bytes * 4 // 3 if self.settings.filter_textures else cube_bytes  # the mipmaps
         self.textures |= cubes
         for name, data in request.model.textures.items():
             volume = data.ndim == 4
@@ -159,8 +182,11 @@ class FusedPipeline:
             return None
         with self.watch.stage("trace"):
             begin = time.perf_counter()
-            self._make_target(columns, rows)
-            self.target.begin((columns, rows))
+            drawn = columns, rows
+            if "FILTERED" in self.choice.flags:  # whole 2 x 2 quads, for the derivatives at the tile's edges
+                drawn = columns + columns % 2, rows + rows % 2
+            self._make_target(*drawn)
+            self.target.begin(drawn)
             values = self.request.uniforms | self._values() | {"u_pixel_offset": pixel_offset, "u_quad_depth": 0.5}
             self.device.program(self.choice).draw(self.target, self.textures, values)
             self.device.finish()
@@ -188,6 +214,7 @@ class FusedPipeline:
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
             "u_bends_within": request.bends_within,
+            "u_footprint_scale": 1.0 / math.sqrt(settings.samples),
             "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
         }
         if request.packed.bounds is not None:
