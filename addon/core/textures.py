@@ -18,6 +18,7 @@ from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Sphere
 TEXELS_PER_ROW = 2048  # common/texels.glsl
 GROUP_SIZE = 16  # intersection/triangles.glsl
 LARGEST_HALF = 65504.0  # images become half floats on the GPU
+STRIP = 1 << 15  # texels of an image that are halved at a time: as many as a processor's cache holds
 SMALLEST_LENGTH, LARGEST_LENGTH = 1e-15, 1e15  # model lengths; float32 holds their squares with room for products
 
 
@@ -251,24 +252,44 @@ def mip_levels(pixels: np.ndarray) -> list[np.ndarray]:
     """(height, width, 4) -> float32, the coarser levels down to one texel; each has the mean of the image."""
     levels = []
     while max(pixels.shape[:2]) > 1:
-        if not levels:  # half floats end there, and a sum of infinities has no mean
-            pixels = np.nan_to_num(pixels, posinf=LARGEST_HALF, neginf=-LARGEST_HALF)
-            pixels = pixels.clip(-LARGEST_HALF, LARGEST_HALF)
-        pixels = _halved(_halved(pixels, 0), 1)
+        pixels = _halved(pixels, clean=not levels)
         levels.append(pixels)
     return levels
 
 
-def _halved(pixels: np.ndarray, axis: int) -> np.ndarray:
-    """Half as many texels along an axis, rounded down but at least one: each the mean of what it covers."""
-    pixels = np.moveaxis(pixels, axis, 0)
-    count = len(pixels)
-    if count > 1 and count % 2 == 0:
-        pixels = np.float32(0.5) * (pixels[0::2] + pixels[1::2])
-    elif count > 1:  # each covers two texels and a share of a third one, or of both beside its middle one
-        half = count // 2
-        number = np.arange(half, dtype=np.float32).reshape(-1, *[1] * (pixels.ndim - 1))
-        pixels = (
-            (half - number) * pixels[0:-1:2] + np.float32(half) * pixels[1::2] + (number + 1) * pixels[2::2]
-        ) / np.float32(count)
-    return np.moveaxis(pixels, 0, axis)
+def _halved(pixels: np.ndarray, clean: bool) -> np.ndarray:
+    """Half as many texels along both axes, rounded down but at least one: each the mean of what it covers. Some rows at
+    a time, which a processor's cache holds. clean : NaN and infinity, which have no mean, become what half floats hold.
+    """
+    height, width, channels = pixels.shape
+    rows, columns = _shares(height), _shares(width)
+    halved = np.empty((len(rows[0]), len(columns[0]), channels), np.float32)
+    count = max(1, STRIP // width)
+    for first in range(0, len(halved), count):
+        part = halved[first : first + count]
+        strip = pixels[2 * first : 2 * (first + count) + 1]
+        if clean:
+            strip = strip.clip(-LARGEST_HALF, LARGEST_HALF)
+            if np.isnan(strip.sum()):
+                np.nan_to_num(strip, copy=False)
+        shares = (share[first : first + count, None, None] for share in rows)
+        strip = sum(share * strip[k::2][: len(part)] for k, share in enumerate(shares))
+        part[:] = sum(share[:, None] * strip[:, k::2][:, : len(columns[0])] for k, share in enumerate(columns))
+    return halved
+
+
+def _shares(count: int) -> tuple[np.ndarray, ...]:
+    """How much texels 2 i, 2 i + 1, … count in texel i of half as many; they add up to 1. Of an odd number, each covers
+    two texels and a bit: of a third one, or of those at both sides.
+    """
+    half = max(count // 2, 1)
+    number = np.arange(half, dtype=np.float32)
+    if count == 1:
+        return (np.ones(1, np.float32),)
+    if count % 2 == 0:
+        return (np.full(half, 0.5, np.float32),) * 2
+    return (
+        (half - number) / np.float32(count),
+        np.full(half, half / count, np.float32),
+        (number + 1) / np.float32(count),
+    )
