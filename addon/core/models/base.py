@@ -78,7 +78,25 @@ class Model:
         v = self.rhs(states)[:, :3]
         return v / np.linalg.norm(v, axis=1, keepdims=True)
 
+    # Where it ends
+
+    def absorbed(self, states: np.ndarray) -> np.ndarray:
+        """states : float64, (n, 6) -> bool, (n,): swallowed, e.g. by a horizon."""
+        return np.zeros(len(states), bool)
+
+    def distances(self, states: np.ndarray) -> np.ndarray:
+        """From the centre, in the chart of the side that the ray is on. float64, (n, 6) -> (n,), model lengths."""
+        return np.linalg.norm(states[:, :3], axis=1)
+
+    def straight_far_out(self) -> bool:
+        """Whether rays that have left the flat radius keep their direction for ever."""
+        return True
+
     # Its scales
+
+    def clear_distances(self, states: np.ndarray) -> np.ndarray:
+        """How far a ray may go in one step without leaping over something small. float64, (n, 6) -> (n,), lengths."""
+        return 0.25 * np.maximum(self.distances(states), self.default_step())
 
     def default_step(self) -> float:
         """A constant step of τ, model lengths, that is accurate to about a pixel."""

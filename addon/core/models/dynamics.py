@@ -84,6 +84,9 @@ class Dynamics:
         way = np.where(way.any(axis=1, keepdims=True), way, states[:, 3:])
         return way / np.linalg.norm(way, axis=1, keepdims=True)
 
+    def straight_far_out(self) -> bool:
+        return not self.flows
+
     def default_step(self) -> float:
         if self.flows:
             return self.flow_step

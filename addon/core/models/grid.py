@@ -82,6 +82,12 @@ class Grid(Medium):
         n = 1.0 + self.model.strength * value
         return n[:, None] * self.model.strength * gradient / self.cell, n**2
 
+    def clear_distances(self, x):
+        """As far as the box is, and a voxel within."""
+        low, high = self.low - 1.5 * self.cell, self.high + 1.5 * self.cell
+        gap = np.linalg.norm(np.maximum(np.maximum(low - x, x - high), 0.0), axis=1)
+        return np.maximum(gap, self.cell.min())
+
     def default_step(self) -> float:
         return 0.5 * float(self.cell.min())
 

@@ -96,15 +96,15 @@ class Kerr(Model):
         """E = −p_t; states : float64, (n, 6) -> (n,)."""
         f, l_i, _, _ = self.fields(states[:, :3])
         p = states[:, 3:]
-        along = np.sum(l_i * p, axis=1)
-        return (-f * along + np.sqrt((1.0 + f) * np.sum(p * p, axis=1) - f * along**2)) / (1.0 + f)
+        return energies(f, np.sum(l_i * p, axis=1), p)
 
     # The equation
 
     def rhs(self, states: np.ndarray) -> np.ndarray:
         f, l_i, df, dl = self.fields(states[:, :3])
         p = states[:, 3:]
-        contracted = -(self.energies(states) + np.sum(l_i * p, axis=1))  # −l^μ p_μ
+        along = np.sum(l_i * p, axis=1)
+        contracted = -(energies(f, along, p) + along)  # −l^μ p_μ
         dx = p + (f * contracted)[:, None] * l_i
         dp = 0.5 * (contracted**2)[:, None] * df - (f * contracted)[:, None] * np.einsum("ni,nik->nk", p, dl)
         return np.concatenate([dx, dp], axis=1)
@@ -115,6 +115,10 @@ class Kerr(Model):
         along = np.sum(l_i * directions, axis=1)
         time = (f * along + np.sqrt((f * along) ** 2 + (1.0 - f) * (1.0 + f * along**2))) / (1.0 - f)
         return np.concatenate([positions, directions + (f * (time + along))[:, None] * l_i], axis=1)
+
+    def absorbed(self, states: np.ndarray) -> np.ndarray:
+        """A little outside the horizon, as in the shader."""
+        return self.radius(states[:, :3]) <= (1.0 + 1e-5) * self.horizon
 
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
@@ -139,3 +143,8 @@ class Kerr(Model):
                 f"'{observer}' cannot exist. Move the camera out, or choose the observer 'falling'."
             )
         return None
+
+
+def energies(f: np.ndarray, along: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The greater root of H = 0. f, along = l·p : (n,);  p : (n, 3) -> (n,)."""
+    return (-f * along + np.sqrt((1.0 + f) * np.sum(p * p, axis=1) - f * along**2)) / (1.0 + f)

@@ -21,6 +21,7 @@ class Medium:
     label: ClassVar[str]
     description: ClassVar[str]
     parameters: ClassVar[tuple[str, ...]]  # those of the model that it reads
+    straight_far_out: ClassVar[bool] = True  # False: n goes on changing beyond the flat radius
     symmetry: ClassVar[str] = ""  # "RADIAL": n(|x|); "LAYERED": n(z); a flag of the shader, for what is conserved
 
     def __init__(self, model: Model):
@@ -37,6 +38,10 @@ class Medium:
     def dark(self, x: np.ndarray) -> np.ndarray:
         """bool, (n,): where no light goes and a ray counts as absorbed."""
         return np.zeros(len(x), bool)
+
+    def clear_distances(self, x: np.ndarray) -> np.ndarray:
+        """As Model.clear_distances(), at x : float64, (n, 3)."""
+        return 0.25 * np.maximum(np.linalg.norm(x, axis=1), self.default_step())
 
     def default_step(self) -> float:
         raise NotImplementedError
@@ -109,10 +114,16 @@ class Explosion(Medium):
         return self.model.radius * max(self.model.time**0.4, 1e-6)
 
     def above_front(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient and value of the height above the rough front, in units of R."""
+        """Gradient and value of the height above the rough front, in units of R; of a smooth one where it is out of
+        reach.
+        """
         p = self.model
-        slope, value = noise(p.frequency * y, int(p.seed))
-        height = np.linalg.norm(y, axis=1) - 1.0 - p.roughness * value
+        height = np.linalg.norm(y, axis=1) - 1.0
+        slope, value = np.zeros_like(y), np.zeros(len(y))
+        near = np.abs(height) < p.roughness + 0.5 * p.thickness
+        if near.any():
+            slope[near], value[near] = noise(p.frequency * y[near], int(p.seed))
+        height -= p.roughness * value
         return radial(y, np.ones(len(y))) - p.roughness * p.frequency * slope, height
 
     def field(self, x):
@@ -127,6 +138,12 @@ class Explosion(Medium):
         front_gradient = -front_slope[:, None] / p.thickness * height_gradient
         gradient = p.strength / R * (front[:, None] * inside_gradient + inside[:, None] * front_gradient)
         return n[:, None] * gradient, n**2
+
+    def clear_distances(self, x):
+        """As far as the front surely is, and a quarter of its thickness within."""
+        p, R = self.model, self.blast_radius()
+        gap = np.abs(np.linalg.norm(x, axis=1) / R - 1.0) - p.roughness - 0.5 * p.thickness
+        return R * np.maximum(gap, 0.25 * p.thickness)
 
     def default_step(self) -> float:
         size = max(self.blast_radius(), 0.1 * self.model.radius)  # while it is a point, too
@@ -158,6 +175,11 @@ class Shell(Medium):
         n = 1.0 + p.strength * front
         return n[:, None] * radial(x, -p.strength * slope / width), n**2
 
+    def clear_distances(self, x):
+        """As far as the front is, and a quarter of its thickness within."""
+        width = self.model.thickness * self.model.radius
+        return np.maximum(np.abs(np.linalg.norm(x, axis=1) - self.model.radius) - 0.5 * width, 0.25 * width)
+
     def default_step(self) -> float:
         return self.model.radius * min(max(0.25 * self.model.thickness, 0.002), 0.05)
 
@@ -175,6 +197,7 @@ class Mirage(Medium):
     label = "Mirage"
     description = "Air over hot ground at z = 0: far ahead, the ground mirrors the sky"
     parameters = ("mirage_a", "mirage_b", "mirage_c")
+    straight_far_out = False
     symmetry = "LAYERED"
 
     def field(self, x):
@@ -184,6 +207,10 @@ class Mirage(Medium):
 
     def dark(self, x):
         return self.field(x)[1] <= 0.0
+
+    def clear_distances(self, x):
+        """Half of the height above the ground: no step dives through the layer."""
+        return np.maximum(0.5 * x[:, 2], 0.5 / self.model.mirage_c)
 
     def default_step(self) -> float:
         return 0.5 / self.model.mirage_c
@@ -206,6 +233,10 @@ class Luneburg(Medium):
         squared = np.sum(x**2, axis=1) / self.model.radius**2
         inside = squared < 1.0
         return np.where(inside[:, None], -x / self.model.radius**2, 0.0), np.where(inside, 2.0 - squared, 1.0)
+
+    def clear_distances(self, x):
+        """As far as the rim is, and a tenth of the radius within."""
+        return np.maximum(np.linalg.norm(x, axis=1) - self.model.radius, 0.1 * self.model.radius)
 
     def default_step(self) -> float:
         return 0.02 * self.model.radius
@@ -244,6 +275,7 @@ class Linear(Medium):
     label = "Linear"
     description = "The square of the index grows with height z: rays are parabolas"
     parameters = ("index", "gradient")
+    straight_far_out = False
     symmetry = "LAYERED"
 
     def field(self, x):
@@ -286,6 +318,10 @@ class Isotropic(Medium):
 
     def dark(self, x):
         return np.linalg.norm(x, axis=1) <= 0.505 * self.model.mass
+
+    def clear_distances(self, x):
+        """Half of the way to where n is infinite."""
+        return 0.5 * np.maximum(np.linalg.norm(x, axis=1) - 0.5 * self.model.mass, 0.1 * self.default_step())
 
     def default_step(self) -> float:
         return 0.05 * self.model.mass if self.model.mass > 0 else 1.0

@@ -11,6 +11,7 @@ import itertools
 import numpy as np
 
 OCTAVES = 3
+CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))  # of a cell, (8, 3)
 
 
 def corner_values(cells: np.ndarray, seed: int) -> np.ndarray:
@@ -35,16 +36,15 @@ def value_noise(q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
     t = q - corner
     w = 6.0 * t**5 - 15.0 * t**4 + 10.0 * t**3
     w_prime = 30.0 * t**4 - 60.0 * t**3 + 30.0 * t**2
-    gradient, value = np.zeros_like(q), np.zeros(len(q))
-    for offset in itertools.product((0, 1), repeat=3):
-        at_corner = corner_values(corner.astype(np.int64) + offset, seed)
-        weight = np.where(offset, w, 1.0 - w)
-        slope = np.where(offset, w_prime, -w_prime)
-        value += at_corner * weight.prod(axis=1)
-        for axis in range(3):
-            others = [other for other in range(3) if other != axis]
-            gradient[:, axis] += at_corner * slope[:, axis] * weight[:, others].prod(axis=1)
-    return gradient, value
+    cells = (corner.astype(np.int64)[:, None] + CORNERS).reshape(-1, 3)
+    values = corner_values(cells, seed).reshape(-1, 2, 2, 2)
+    weights = np.stack([1.0 - w, w], axis=2)  # (n, axis, low or high)
+    slopes = np.stack([-w_prime, w_prime], axis=2)
+    gradient = np.empty_like(q)
+    for axis in range(3):
+        x, y, z = (slopes[:, other] if other == axis else weights[:, other] for other in range(3))
+        gradient[:, axis] = np.einsum("nijk,ni,nj,nk->n", values, x, y, z)
+    return gradient, np.einsum("nijk,ni,nj,nk->n", values, weights[:, 0], weights[:, 1], weights[:, 2])
 
 
 def noise(q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:

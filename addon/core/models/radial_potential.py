@@ -125,6 +125,19 @@ class RadialPotential(Model):
             pull = np.where(r > 0.0, outward / r * self.force(r), 0.0)
         return np.concatenate([v, -pull.sum(axis=1)], axis=1)
 
+    def nearest(self, states: np.ndarray) -> np.ndarray:
+        """float64, (n, 6) -> (n,): how far the nearest centre is, model lengths."""
+        return np.linalg.norm(states[:, None, :3] - self.centres, axis=2).min(axis=1)
+
+    def absorbed(self, states: np.ndarray) -> np.ndarray:
+        if self.xi == "cubic":
+            return super().absorbed(states)
+        return self.nearest(states) < self.core_radius
+
+    def clear_distances(self, states: np.ndarray) -> np.ndarray:
+        r = self.nearest(states)
+        return np.maximum(r - self.R, 0.0) + 0.25 * self.R if self.xi == "cubic" else 0.25 * r
+
     def default_step(self) -> float:
         """A part of the length at which a ray is turned by much."""
         size = {"cubic": self.R, "coulomb": abs(self.k), "yukawa": abs(self.zeta), "expression": 1.0}[self.xi]

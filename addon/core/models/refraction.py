@@ -182,6 +182,15 @@ class Refraction(Model):
         n = np.sqrt(np.maximum(self.law.field(positions)[1], 0.0))
         return np.concatenate([positions, n[:, None] * directions], axis=1)
 
+    def absorbed(self, states: np.ndarray) -> np.ndarray:
+        return self.law.dark(states[:, :3])
+
+    def straight_far_out(self) -> bool:
+        return self.law.straight_far_out
+
+    def clear_distances(self, states: np.ndarray) -> np.ndarray:
+        return self.law.clear_distances(states[:, :3])
+
     def default_step(self) -> float:
         return self.law.default_step()
 

@@ -35,6 +35,9 @@ class Schwarzschild(Model):
         r = np.linalg.norm(x, axis=1, keepdims=True)
         return np.concatenate([v, -3.0 * self.mass * h_squared * x / r**5], axis=1)
 
+    def absorbed(self, states: np.ndarray) -> np.ndarray:
+        return self.distances(states) <= 2.0 * self.mass
+
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
 

@@ -19,6 +19,7 @@ class Typed(Medium):
     label = "Formula"
     description = "An index n that you type, as a formula in x, y, z, r and the time t"
     parameters = ("time", "grain")
+    straight_far_out = False
 
     def prepare(self) -> None:
         try:
@@ -42,6 +43,10 @@ class Typed(Medium):
     def dark(self, x):
         n = self.index.numpy(self._values(x))
         return ~((n > 0.0) & (n < LARGEST_INDEX))
+
+    def clear_distances(self, x):
+        """The user says how fine the formula is."""
+        return np.full(len(x), self.model.grain)
 
     def default_step(self) -> float:
         return 0.5 * self.model.grain

@@ -61,6 +61,11 @@ class Wormhole(Model):
         """states : float64, (n, 6) -> bool, (n,)."""
         return np.linalg.norm(states[:, :3], axis=1) < 0.5 * self.throat_radius
 
+    def distances(self, states: np.ndarray) -> np.ndarray:
+        """ρ, or on the far side b²/(4ρ)."""
+        rho = np.maximum(np.linalg.norm(states[:, :3], axis=1), 1e-300)
+        return np.maximum(rho, 0.25 * self.throat_radius**2 / rho)
+
     def default_step(self) -> float:
         return 0.05 * self.throat_radius
 
