@@ -103,10 +103,9 @@ WAYS = {
 PARABOLA = medium("linear", (-1, 0.5, 0.2), (1, 0, 0), 4.0, index=1.2, gradient=0.6)
 
 
-def traced(way, pipeline, integrator, steps):
-    """RayEnds after so many constant steps in the whole length."""
-    model, x, d, _ = way.start()
-    settings = Settings(
+def constant_steps(way, pipeline, integrator, steps):
+    """Settings of so many steps in the whole length, and no more."""
+    return Settings(
         pipeline=pipeline,
         integrator=integrator,
         step_control="constant",
@@ -116,13 +115,21 @@ def traced(way, pipeline, integrator, steps):
         max_steps=steps,
         escape_radius=1e4,
     )
-    ends = trace_rays(model, x, d, settings)
+
+
+def traced(way, pipeline, integrator, steps):
+    """RayEnds after so many constant steps in the whole length."""
+    model, x, d, _ = way.start()
+    ends = trace_rays(model, x, d, constant_steps(way, pipeline, integrator, steps))
     assert (ends.steps == steps).all() and (ends.parameter == way.length).all()
     return ends
 
 
-def in_float64(way, integrator, steps):
-    """(n, 6) after the same steps in numpy; and the same where all states and derivatives are rounded to float32."""
+def in_float64(way, integrator, steps, back=False):
+    """(n, 6) after the same steps in numpy; and the same where all states and derivatives are rounded to float32.
+
+    back : as many steps of -h follow
+    """
     model, _, _, states = way.start()
 
     def half_rounded(both):
@@ -132,9 +139,9 @@ def in_float64(way, integrator, steps):
     def rhs(both):
         return half_rounded(model.rhs(half_rounded(both)))
 
-    step, both = STEPS.get(integrator, tableau_step), np.concatenate([states, states])
-    for _ in range(steps):
-        both = half_rounded(step(rhs, both, way.length / steps, integrator))
+    step, both, h = STEPS.get(integrator, tableau_step), np.concatenate([states, states]), way.length / steps
+    for signed in [h] * steps + [-h] * (steps if back else 0):
+        both = half_rounded(step(rhs, both, signed, integrator))
     return both[:RAYS], both[RAYS:]
 
 
@@ -168,3 +175,8 @@ def weighted(weights, slopes):
 
 
 STEPS = {"euler": euler_step, "verlet": verlet_step}
+
+
+def root_mean_square(difference):
+    """Over the rays, of vectors (n, any)."""
+    return float(np.sqrt(np.mean(np.sum(difference**2, axis=1))))

@@ -9,7 +9,7 @@ import pytest
 
 from addon.core.tableaus import TABLEAUS
 from tests.shaders.model_checks import EPS
-from tests.shaders.smooth_rays import PARABOLA, PIPELINES, WAYS, in_float64, traced
+from tests.shaders.smooth_rays import PARABOLA, PIPELINES, WAYS, in_float64, root_mean_square, traced
 
 # Integrator -> its order; its steps for one of Dormand and Prince's; by how much the slope may exceed the order.
 #
@@ -25,11 +25,6 @@ METHODS = {
 }
 
 STAGES = {name: tableau.stages for name, tableau in TABLEAUS.items()} | {"verlet": 4}
-
-
-def root_mean_square(difference):
-    """Over the rays, of positions' differences (n, 3)."""
-    return float(np.sqrt(np.mean(np.sum(difference**2, axis=1))))
 
 
 @pytest.mark.parametrize("integrator", METHODS)
