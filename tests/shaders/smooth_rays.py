@@ -25,6 +25,7 @@ class Way:
     """Rays that begin around x with directions around d, of tau = length each; within `spread` of both.
 
     steps : of Dormand and Prince's method, in the whole length, where its error is well above float32's rounding
+    flat : all of them begin in the plane z = x[2]
     """
 
     model: str
@@ -34,11 +35,13 @@ class Way:
     values: dict = field(default_factory=dict)
     spread: float = 0.1
     steps: int = 2
+    flat: bool = False
 
     def start(self):
         """(the model, float32 positions and directions, float64 first states)."""
         generator = np.random.default_rng(1)
-        x = (np.array(self.x) + self.spread * generator.normal(size=(RAYS, 3))).astype(np.float32)
+        around = self.spread * generator.normal(size=(RAYS, 3)) * (1.0, 1.0, 0.0 if self.flat else 1.0)
+        x = (np.array(self.x) + around).astype(np.float32)
         d = np.array(self.d) + self.spread * generator.normal(size=(RAYS, 3))
         d = (d / np.linalg.norm(d, axis=1, keepdims=True)).astype(np.float32)
         unit = d.astype(float) / np.linalg.norm(d.astype(float), axis=1, keepdims=True)
