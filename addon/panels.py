@@ -135,9 +135,13 @@ def draw_integration(layout, context) -> None:
     column.prop(chosen, "max_steps")
     optional_value(layout, chosen, "use_custom_escape_radius", "escape_radius", "Escape Radius")
     layout.prop(chosen, "samples")
+    column = layout.column()
+    column.active = chosen.pipeline == "fused"
+    column.prop(chosen, "edge_samples")
+    column.prop(chosen, "filter_textures")
     row = layout.row()
-    row.active = chosen.pipeline == "fused"
-    row.prop(chosen, "filter_textures")
+    row.active = max(chosen.samples, chosen.edge_samples) > 1
+    row.prop(context.scene.render, "filter_size")
     layout.prop(chosen, "failed_rays")
 
 

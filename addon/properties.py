@@ -172,8 +172,17 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
     )
     samples: IntProperty(
         name="Samples",
-        description="Rays a pixel, spread over its area. Unit: rays",
+        description="Rays a pixel, spread by Blender's Filter Size; a single one goes through its centre. Unit: rays",
         default=DEFAULTS.samples,
+        min=1,
+        max=4096,
+        soft_max=64,
+    )
+    edge_samples: IntProperty(
+        name="Edge Samples",
+        description="Rays a pixel where neighbouring rays end differently, at silhouettes and photon rings; no more "
+        "than Samples leaves them as the others. Fused pipeline only. Unit: rays",
+        default=DEFAULTS.edge_samples,
         min=1,
         max=4096,
         soft_max=64,
@@ -267,6 +276,8 @@ def settings_from(
         escape_radius=chosen.escape_radius if chosen.use_custom_escape_radius else None,
         passes=("Combined", *(name for name in OPTIONAL_PASSES if getattr(chosen, pass_property(name)))),
         samples=chosen.samples,
+        filter_width=scene.render.filter_size,
+        edge_samples=chosen.edge_samples,
         filter_textures=chosen.filter_textures,
         batch_size=chosen.batch_size or None,
         cull_batches=chosen.cull_batches,

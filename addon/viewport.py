@@ -90,7 +90,9 @@ class Viewport:
             model, placement = model_and_placement(scene, depsgraph, camera.world_from_camera[:3, 3])
             if self._scene is None:
                 self._scene = export_scene(depsgraph, model=model, placement=placement, camera=camera)
-            settings = replace(settings_from(scene, camera), passes=("Combined",), samples=MOST_SAMPLES)
+            settings = replace(
+                settings_from(scene, camera), passes=("Combined",), samples=MOST_SAMPLES, edge_samples=MOST_SAMPLES
+            )
             exported = replace(self._scene, camera=camera, model=model, placement=placement)
         except Exception as error:  # drawn as a sentence: a viewport has no other place for it
             self._message = str(error)

@@ -65,7 +65,10 @@ class Settings:
     early_termination   which ended rays the early z test skips: "both", "hits", "bounds", "off" (or True, False)
     escape_radius       bounding sphere around the model's centre; None lets model and scene choose
     passes              a tuple out of PASSES
-    samples             rays a pixel, spread over the pixel's area
+    samples             rays a pixel, spread over the pixel by Blackman and Harris' filter; a single one is its centre
+    filter_width        pixels, of that filter; Blender's Film > Filter Size
+    edge_samples        rays a pixel where neighbours end differently (silhouettes, photon rings), if more than samples
+                        (fused only)
     filter_textures     filter sky and images over what a pixel covers of them after all the bending (fused only)
     batch_size          objects read by one draw; 1 is the paper's crossbar, None as many as keep a draw short
     cull_batches        skip a batch whose bounding sphere a segment misses
@@ -88,6 +91,8 @@ class Settings:
     escape_radius: float | None = None
     passes: tuple[str, ...] = ("Combined",)
     samples: int = 1
+    filter_width: float = 1.5
+    edge_samples: int = 1
     filter_textures: bool = True
     batch_size: int | None = None
     cull_batches: bool = True
@@ -127,8 +132,15 @@ class Settings:
         _whole("segments", self.segments, 1, 1_000_000)
         _whole("steps_per_segment", self.steps_per_segment, 1, 1000)
         _whole("samples", self.samples, 1, 4096)
+        _whole("edge_samples", self.edge_samples, 1, 4096)
+        _in_range("filter_width", self.filter_width, 0.01, 10.0)
         if self.batch_size is not None:
             _whole("batch_size", self.batch_size, 1, 65536)
+
+    @property
+    def refines_edges(self) -> bool:
+        """Whether pixels at edges get more samples than the others."""
+        return self.pipeline == "fused" and "Combined" in self.passes and self.edge_samples > self.samples
 
 
 def _one_of(name: str, value, choices: tuple) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import device as gpu
+from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
 from .models import Model
 from .pipelines.fused import FusedPipeline
@@ -79,6 +80,9 @@ def render(
     watch = Stopwatch()
     columns, rows = scene.camera.size
     asked = frozenset(OUTPUTS[name] for name in settings.passes if name in OUTPUTS)
+    edges = None
+    if settings.refines_edges:
+        edges, asked = EdgeFinder(columns, rows), asked | {"surface"}
     with watch.stage("pack"):
         packed = pack_for(scene, settings)
     check_memory(columns, rows, settings, packed)
@@ -90,13 +94,14 @@ def render(
     steps = [0, 0.0]
     x_corner, y_corner, _, _ = scene.camera.pixel_box
     pixels, total = 0, columns * rows * settings.samples
+    first_part = 0.5 if edges else 1.0  # of the progress; how many edges there are is known after it
     begin = time.perf_counter()
     for x, y, width, height, sample in jobs(columns, rows, settings.samples, pipeline.tile_size):
-        u, v = sample_offset(sample, settings.samples)
+        u, v = sample_offset(sample, settings.filter_width)
 
         def report(fraction: float, done: int = pixels, more: int = width * height) -> None:
             if progress is not None:
-                part = (done + fraction * more) / total
+                part = first_part * (done + fraction * more) / total
                 progress(part, remaining(time.perf_counter() - begin, part))
 
         ends = _trace_tile(pipeline, width, height, (x_corner + x + u, y_corner + y + v), report, cancelled)
@@ -106,6 +111,17 @@ def render(
         if ends.tally is not None:
             steps[0] = max(steps[0], int(ends.tally[..., 1].max()))
             steps[1] += float(ends.tally[..., 1].sum(dtype=np.float64))
+        if edges and sample == 0:
+            edges.add(x, y, ends.position, ends.velocity, ends.surface)
+    mean_steps = steps[1] / counts.sum()
+    if edges:
+
+        def report_edges(fraction: float) -> None:
+            if progress is not None:
+                part = first_part + (1.0 - first_part) * fraction
+                progress(part, remaining(time.perf_counter() - begin, part))
+
+        counts += refine(pipeline, passes["Combined"], edges.quads(), scene, settings, report_edges, cancelled)
     if progress is not None:
         progress(1.0, "Done")
     statistics = Statistics(
@@ -113,7 +129,7 @@ def render(
         milliseconds=watch.milliseconds,
         texture_bytes=pipeline.uploaded_bytes,
         left_out=left_out(request),
-        steps=(steps[0], steps[1] / counts.sum()) if steps[0] else None,
+        steps=(steps[0], mean_steps) if steps[0] else None,
         device=gpu.describe(),
     )
     return Frame(passes, statistics, (*scene.warnings, *packed.warnings))
@@ -197,7 +213,8 @@ def check(scene: Scene, settings: Settings) -> None:
 def check_memory(columns: int, rows: int, settings: Settings, packed: Packed) -> None:
     picture = 4 * columns * rows * sum(len(PASS_CHANNELS[name]) for name in settings.passes)
     tile = 16 * 20 * min(TILE, columns) * min(TILE, rows)  # at most 20 textures of 4 floats
-    needed = picture + tile + 2 * packed.bytes
+    edges = columns * rows if settings.refines_edges else 0
+    needed = picture + tile + edges + 2 * packed.bytes
     if needed > memory_limit_bytes:
         raise SceneError(
             f"The frame needs {needed / 2**20:.0f} MiB, but {memory_limit_bytes / 2**20:.0f} MiB are allowed. "
@@ -336,12 +353,49 @@ def camera_uniforms(scene: Scene) -> dict[str, object]:
     }
 
 
-def sample_offset(sample: int, samples: int) -> tuple[float, float]:
-    """Where in the pixel a sample lies, as an offset from its centre: the R2 sequence; 0 for a single one."""
-    if samples == 1:
-        return 0.0, 0.0
-    plastic = 1.32471795724474602596
-    return (0.5 + sample / plastic) % 1.0 - 0.5, (0.5 + sample / plastic**2) % 1.0 - 0.5
+def refine(
+    pipeline: FusedPipeline,
+    picture: np.ndarray,
+    quads: np.ndarray,
+    scene: Scene,
+    settings: Settings,
+    report: Callable[[float], None],
+    cancelled: Callable[[], bool] | None,
+) -> np.ndarray:
+    """More samples for some 2 x 2 quads of a picture, (rows, columns, 4), in place, as many at a time as a tile may
+    have pixels. quads : (n, 2), columns and rows of their lower left pixels. Returns how many rays ended in which
+    status.
+    """
+    counts = np.zeros(len(Status), np.int64)
+    rows, columns, _ = picture.shape
+    x_corner, y_corner, _, _ = scene.camera.pixel_box
+    more = settings.edge_samples - settings.samples
+    first = 0
+    while first < len(quads):
+        wide, high = (math.ceil(side / 2) for side in pipeline.tile_size())
+        high = min(high, math.ceil((len(quads) - first) / wide))
+        listed = quads[first : first + wide * high]
+        corners = listed[np.minimum(np.arange(wide * high), len(listed) - 1)].reshape(high, wide, 2)
+        at = corners.repeat(2, axis=0).repeat(2, axis=1).astype(int)
+        at[:, 1::2, 0] += 1
+        at[1::2, :, 1] += 1
+        real = (np.arange(wide * high) < len(listed)).reshape(high, wide).repeat(2, axis=0).repeat(2, axis=1)
+        real &= (at[..., 0] < columns) & (at[..., 1] < rows)  # the rest fills up the tile, or the picture's edge
+        summed = np.zeros((2 * high, 2 * wide, 4), np.float32)
+        for sample in range(settings.samples, settings.edge_samples):
+            u, v = sample_offset(sample, settings.filter_width)
+
+            def within(fraction: float, done: int = first, sample: int = sample, batch: int = len(listed)) -> None:
+                report((done + batch * (sample - settings.samples + fraction) / more) / len(quads))
+
+            offset = x_corner + u, y_corner + v
+            ends = _trace_tile(pipeline, 2 * wide, 2 * high, offset, within, cancelled, corners)
+            summed += ends.color
+            counts += np.bincount(ends.velocity[real][:, 3].astype(np.int64), minlength=len(Status))
+        pixels = at[real][:, 1], at[real][:, 0]
+        picture[pixels] = (settings.samples * picture[pixels] + summed[real]) / settings.edge_samples
+        first += len(listed)
+    return counts
 
 
 def store(passes: dict, ends: TileEnds, scene: Scene, where: tuple[slice, slice], sample: int, samples: int) -> None:
@@ -402,8 +456,9 @@ def remaining(elapsed: float, fraction: float) -> str:
     return f"{seconds // 60}:{seconds % 60:02d} left"
 
 
-def _trace_tile(pipeline, columns, rows, offset, report, cancelled) -> TileEnds:
+def _trace_tile(pipeline, columns, rows, offset, report, cancelled, corners=None) -> TileEnds:
     """One tile as one job of the GPU's thread, while this thread reports and listens for a cancel."""
+    listed = {} if corners is None else {"corners": corners}
     stop = threading.Event()
     latest = [0.0]
 
@@ -414,7 +469,9 @@ def _trace_tile(pipeline, columns, rows, offset, report, cancelled) -> TileEnds:
             raise Cancelled
 
     def job(device: gpu.Device) -> TileEnds | None:
-        return pipeline.trace(columns, rows, offset, lambda fraction: latest.__setitem__(0, fraction), stop.is_set)
+        return pipeline.trace(
+            columns, rows, offset, lambda fraction: latest.__setitem__(0, fraction), stop.is_set, **listed
+        )
 
     try:
         poll()

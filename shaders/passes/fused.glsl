@@ -88,6 +88,9 @@ void complete_triangle_hit(Segment segment, inout Hit hit);  // position, normal
 void complete_sphere_hit(Segment segment, inout Hit hit);
 #endif
 
+#ifdef QUAD_LIST
+uniform sampler2D u_quads;  // the pixels at the lower left corners of the 2 x 2 quads to draw
+#endif
 uniform vec2 u_pixel_offset;  // of this tile's corner in the whole image, plus the sample's place in the pixel
 uniform float u_step;
 
@@ -138,7 +141,13 @@ bool escaped(RayState s, RayState rate) {
 
 void main() {
     vec3 origin, direction;
-    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
+#ifdef QUAD_LIST
+    ivec2 drawn = ivec2(gl_FragCoord.xy);
+    vec2 pixel = texelFetch(u_quads, drawn / 2, 0).xy + vec2(drawn & 1) + 0.5;
+#else
+    vec2 pixel = gl_FragCoord.xy;
+#endif
+    camera_ray(pixel + u_pixel_offset, origin, direction);
     float tau;
 #ifdef STRAIGHT
     RayState s = ray_start(origin, direction, u_escape_radius, tau);

@@ -64,10 +64,10 @@ def test_a_region_is_the_crop_of_the_whole(model):
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_samples_are_averaged(axis):
-    """A half plane that covers 30 % of the picture's only pixel: the mean is the share of the samples that lie in it
-    (test_sampling.py says how they are spread); a single sample sees all or nothing.
+    """A half plane that ends 0.2 pixels beside the centre of the picture's only pixel: the mean is the share of the
+    samples that lie in it (test_sampling.py says how they are spread); a single sample sees all or nothing.
     """
-    # x or z below -0.2: 30 % of [-0.5, 0.5]
+    # x or z below -0.2: 32 % of the filter of 1.5 pixels
     edge = (
         scenes.quad((-2.2, 0, 0), (2, 0, 0), (0, 0, 9))
         if axis == 0
@@ -79,9 +79,9 @@ def test_samples_are_averaged(axis):
     assert render(scene, Settings()).passes["Combined"][0, 0, 0] == 0.0
     for samples in (4, 16, 64):
         frame = render(scene, Settings(samples=samples, passes=("Combined", "Status")))
-        share = np.mean([trace.sample_offset(sample, samples)[axis] < -0.2 for sample in range(samples)])
+        share = np.mean([trace.sample_offset(sample, 1.5)[axis] < -0.2 for sample in range(samples)])
         assert frame.passes["Combined"][0, 0, 0] == pytest.approx(share, abs=1e-6)
-        assert share == pytest.approx(0.3, abs=3.0 / samples)
+        assert share == pytest.approx(0.32, abs=3.0 / samples)
         assert frame.statistics.ray_count == samples
         # Other passes are the centre's alone: a status is no average.
         assert frame.passes["Status"][0, 0, 0] == Status.ESCAPED

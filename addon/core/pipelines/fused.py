@@ -11,6 +11,8 @@ import math
 import time
 from collections.abc import Callable
 
+import numpy as np
+
 from ..compose import Choice
 from ..device import Device
 from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
@@ -95,6 +97,8 @@ class FusedPipeline:
             flags.add("DRIFT")
         if "frequency" in asked:
             flags.add("FREQUENCY")
+        if settings.refines_edges and "color" in asked:
+            flags.add("QUAD_LIST")
         return Choice("passes/fused", tuple(files), frozenset(flags), generated)
 
     def _choose_filters(self, files: list[str], flags: set[str]) -> None:
@@ -174,25 +178,40 @@ class FusedPipeline:
         pixel_offset: tuple[float, float],
         report: Callable[[float], None] = lambda fraction: None,
         stopped: Callable[[], bool] = lambda: False,
+        corners: np.ndarray | None = None,
     ) -> TileEnds | None:
         """Trace one tile. pixel_offset : of its corner in the whole image, plus the sample's place in the pixel.
         None where stopped() said so.
+
+        corners : (rows / 2, columns / 2, 2): instead of a tile of the image, some of its 2 x 2 quads, the lower left
+        pixel of each, for samples beyond the usual ones
         """
         if stopped():
             return None
         with self.watch.stage("trace"):
             begin = time.perf_counter()
             drawn = columns, rows
-            if "FILTERED" in self.choice.flags:  # whole 2 x 2 quads, for the derivatives at the tile's edges
+            if self.choice.flags & {"FILTERED", "QUAD_LIST"}:  # whole 2 x 2 quads, for derivatives at the tile's edges
                 drawn = columns + columns % 2, rows + rows % 2
+            textures = self.textures
+            if "QUAD_LIST" in self.choice.flags:
+                textures = textures | {"u_quads": self._quad_list(*drawn, corners)}
+            samples = self.settings.samples if corners is None else self.settings.edge_samples
             self._make_target(*drawn)
             self.target.begin(drawn)
             values = self.request.uniforms | self._values() | {"u_pixel_offset": pixel_offset, "u_quad_depth": 0.5}
-            self.device.program(self.choice).draw(self.target, self.textures, values)
+            values["u_footprint_scale"] = 1.0 / math.sqrt(samples)
+            self.device.program(self.choice).draw(self.target, textures, values)
             self.device.finish()
             self._learn(columns, rows, time.perf_counter() - begin)
         with self.watch.stage("read"):
             return self._read(columns, rows)
+
+    def _quad_list(self, columns: int, rows: int, corners: np.ndarray | None):
+        """A texture of the corners of the quads to draw; by default those of a tile, from its own corner on."""
+        if corners is None:
+            corners = np.stack(np.meshgrid(np.arange(0, columns, 2), np.arange(0, rows, 2)), axis=-1)
+        return self.device.texture((columns // 2, rows // 2), corners, components=2)
 
     def _values(self) -> dict[str, object]:
         request, settings = self.request, self.settings
@@ -214,7 +233,6 @@ class FusedPipeline:
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
             "u_bends_within": request.bends_within,
-            "u_footprint_scale": 1.0 / math.sqrt(settings.samples),
             "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
         }
         if request.packed.bounds is not None:
