@@ -76,7 +76,9 @@ def both(extension, scene, folder, size):
     scene.render.resolution_x, scene.render.resolution_y = size
     cycles = cycles_picture(scene, folder / "cycles.exr")
     exported, _settings = extension("addon.capture").capture(scene, scene.view_layers[0])
-    settings = extension("addon.core.settings").Settings(passes=PASSES, filter_textures=False)  # Cycles does not filter them
+    settings = extension("addon.core.settings").Settings(
+        passes=PASSES, filter_textures=False
+    )  # Cycles does not filter them
     frame = extension("addon.core.trace").render(exported, settings)
     assert all(np.isfinite(pixels).all() for pixels in frame.passes.values())
     matrix = np.array(scene.camera.matrix_world)
