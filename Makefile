@@ -4,6 +4,7 @@ BLEND ?= sample_blends/schwarzschild.blend
 FRAMES ?= 1
 OUT ?= out
 PYTEST_ARGS ?=
+QUICK ?=
 
 # Any Python 3 that runs will do for the tools; they find 3.11 and 3.13 themselves.
 PYTHON ?= $(shell for python in python3 python3.13 python3.11 /usr/bin/python3; do \
@@ -14,7 +15,7 @@ NEWEST = $(shell $(PYTHON) tools/environments.py)
 quoted = '$(subst ','\'',$(1))'
 
 .DEFAULT_GOAL := help
-.PHONY: help python setup ready render test lint format package clean distclean
+.PHONY: help python setup ready render test bench lint format package clean distclean
 
 help: ## list the commands
 	@grep -E '^[a-z]+:.* ## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z]+):.* ## /\1|/' | \
@@ -34,6 +35,9 @@ render: ready ## render BLEND=file.blend FRAMES=1-10 OUT=folder
 
 test: ready ## run all tests; PYTEST_ARGS="-k name" chooses
 	@$(PYTHON) tools/test.py $(PYTEST_ARGS)
+
+bench: ready ## measure how fast it is, into out/bench.json and out/bench; QUICK=1 takes three minutes
+	@$(NEWEST) -m tools.bench $(if $(QUICK),--quick)
 
 lint: ready ## check the Python code's style
 	@$(NEWEST) -m ruff check .
