@@ -4,16 +4,20 @@
 
 bool first_hit(Segment segment, inout Hit hit);    // the batch's first object with a fraction below hit.fraction
 void complete_hit(Segment segment, inout Hit hit);  // position, normal, uv, material of that hit
+#ifdef COLOR
 vec4 shade(Hit hit);                                // its radiance
+#endif
 
 uniform sampler2D u_x_before;
 uniform sampler2D u_x;
 uniform sampler2D u_depth_before;
-uniform sampler2D u_color_before;
 uniform float u_segment;
 
 out vec4 out_depth;
+#ifdef COLOR
+uniform sampler2D u_color_before;
 out vec4 out_color;
+#endif
 #ifdef SURFACE_PASSES
 uniform sampler2D u_surface_before;
 out vec4 out_surface;  // normal, object index
@@ -28,13 +32,17 @@ void main() {
     if (first_hit(segment, hit)) {
         complete_hit(segment, hit);
         out_depth = vec4(u_segment + hit.fraction, hit.fraction, 0.0, 0.0);
+#ifdef COLOR
         out_color = shade(hit);
+#endif
 #ifdef SURFACE_PASSES
         out_surface = vec4(hit.normal, hit.object_index);
 #endif
     } else {
         out_depth = vec4(depth, 0.0, 0.0);
+#ifdef COLOR
         out_color = texelFetch(u_color_before, pixel, 0);
+#endif
 #ifdef SURFACE_PASSES
         out_surface = texelFetch(u_surface_before, pixel, 0);
 #endif

@@ -31,6 +31,8 @@ out vec4 out_x;  // where it ended, tau
 out vec4 out_v;  // unit direction there, status
 #ifdef GEOMETRY
 uniform sampler2D u_depth;
+#endif
+#ifdef COLOR
 uniform sampler2D u_color;
 out vec4 out_color;
 #endif
@@ -85,7 +87,7 @@ void main() {
 #endif
     }
     out_x = x;
-#ifdef GEOMETRY
+#ifdef COLOR
     out_color = texelFetch(u_color, pixel, 0);
 #endif
 #ifdef SURFACE_PASSES

@@ -87,8 +87,8 @@ def test_outputs_follow_the_flags():
         return compose(Choice("passes/terminate", ("models/straight", "common/bounds"), frozenset(flags))).outputs
 
     assert outputs() == ("out_x", "out_v")
-    assert outputs("GEOMETRY") == ("out_x", "out_v", "out_color")
-    assert outputs("GEOMETRY", "TALLY") == ("out_x", "out_v", "out_color", "out_tally")
+    assert outputs("GEOMETRY", "COLOR") == ("out_x", "out_v", "out_color")
+    assert outputs("GEOMETRY", "COLOR", "TALLY") == ("out_x", "out_v", "out_color", "out_tally")
 
 
 def test_missing_file_is_named():

@@ -146,7 +146,8 @@ PARTS = {
         ("u_tolerance", "u_smallest_step", "next_step"), False, True,
     ),
     "combined": (
-        everything(), {}, {"passes": ("Normal", "Depth", "Error", "Frequency Shift")}, ("environment(", "samplerCube"),
+        everything(), {}, {"passes": ("Normal", "Depth", "Error", "Frequency Shift")},
+        ("environment(", "samplerCube", "shade(", "light_at", "sample_image", "out_color"),
         True, True,
     ),
     "surface passes": (

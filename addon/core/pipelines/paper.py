@@ -111,6 +111,8 @@ class PaperPipeline:
         flags = set()
         if self.has_objects:
             flags.add("GEOMETRY")
+            if "color" in asked:
+                flags.add("COLOR")
             if "surface" in asked:
                 flags.add("SURFACE_PASSES")
         if self.settings.step_control != "constant" and asked & {"steps", "error"}:
@@ -150,13 +152,15 @@ class PaperPipeline:
 
     def _kinds(self) -> list[Kind]:
         packed = self.request.packed
-        shading, flags = ["shading/blinn_phong"], set(self.flags & {"SURFACE_PASSES"})
-        if packed.light_count:
-            shading.append("shading/lights")
-            flags.add("LIGHTS")
-        if "u_image_table" in packed.arrays:
-            shading.append("shading/images")
-            flags.add("IMAGES")
+        shading, flags = [], set(self.flags & {"COLOR", "SURFACE_PASSES"})
+        if "COLOR" in flags:
+            shading.append("shading/blinn_phong")
+            if packed.light_count:
+                shading.append("shading/lights")
+                flags.add("LIGHTS")
+            if "u_image_table" in packed.arrays:
+                shading.append("shading/images")
+                flags.add("IMAGES")
         kinds = []
         if packed.triangle_count:
             culled = flags | {"CULL_GROUPS"} if "u_triangle_groups" in packed.arrays else flags
@@ -182,7 +186,10 @@ class PaperPipeline:
 
     def _upload(self) -> None:
         self.scene_textures = {}
+        intersections = [self.device.program(kind.choice) for kind in self.kinds]
         for name, array in self.request.packed.arrays.items():
+            if not any(program.uses(name) for program in intersections):
+                continue
             dtype = "f2" if name == "u_image_texels" else "f4"
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if dtype == "f2" else array
             rows, columns, _ = data.shape
@@ -228,8 +235,12 @@ class PaperPipeline:
                 for pair in results
             )
         if self.has_objects:
-            surface = {"surface": 4} if "SURFACE_PASSES" in self.flags else {}
-            self.found = Pair(device, size, {"depth": 2, "color": 4} | surface, "f4", tested)
+            found = {"depth": 2, "color": 4, "surface": 4}
+            if "COLOR" not in self.flags:
+                del found["color"]
+            if "SURFACE_PASSES" not in self.flags:
+                del found["surface"]
+            self.found = Pair(device, size, found, "f4", tested)
         ends = [name.removeprefix("out_") for name in device.program(self.terminate).outputs]
         self.end_textures = {name: device.texture(size) for name in ends}
         self.ends = device.target(self.end_textures, self.ended_depth)
