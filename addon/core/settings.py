@@ -8,6 +8,7 @@ from dataclasses import dataclass
 PIPELINES = ("paper", "fused")
 INTEGRATORS = ("euler", "verlet", "runge_kutta_4", "bogacki_shampine_32", "dormand_prince_54")
 WITH_ERROR_ESTIMATE = ("bogacki_shampine_32", "dormand_prince_54")
+TOLERANCES = {"paper": 1e-3, "fused": 1e-4}  # radians
 STEP_CONTROLS = ("constant", "doubling", "embedded")
 OBSERVERS = ("chart", "static", "moving", "falling")
 EARLY_TERMINATIONS = ("both", "hits", "bounds", "off")
@@ -47,17 +48,21 @@ class SettingsError(ValueError):
 class Settings:
     """Lengths are model lengths (the placement's scale turns them into metres); angles are radians.
 
+    None stands for the pipeline's own choice, and is replaced by it.
+
     pipeline            one of PIPELINES
-    integrator          one of INTEGRATORS
+    integrator          one of INTEGRATORS; None: Euler in the paper's pipeline, Dormand and Prince's in the fused one
     step_control        "constant"; "doubling": the paper's step doubling with two thresholds (Section 4.2); "embedded":
-                        PI control of every step by the integrator's own error estimate (WITH_ERROR_ESTIMATE)
+                        PI control of every step by the integrator's own error estimate (WITH_ERROR_ESTIMATE);
+                        None: "doubling" in the paper's pipeline, "embedded" in the fused one where the integrator can
     observer            "chart": directions are taken in the chart, as the paper does;
                         "static": in the frame of an observer at rest;
                         "moving": in that of one who passes him with observer_velocity;
                         "falling": in that of one who falls (Kerr)
     observer_velocity   (x, y, z), world space, in units of that of light; "moving"
     step                h, the step of τ (the first one where steps adapt); None lets the model choose
-    tolerance           angle, radians, that a segment ("doubling") or the whole ray ("embedded") may be wrong by
+    tolerance           angle, radians, that a segment ("doubling") or the whole ray ("embedded") may be wrong by;
+                        None: TOLERANCES of the pipeline
     chord_tolerance     angle, radians, that a chord may be away from the ray ("embedded"); None: the tolerance
     max_steps           steps a ray may take
     segments            n_segs: chords a ray may take
@@ -76,13 +81,13 @@ class Settings:
     failed_rays         "environment" or "marker": what pixels show whose ray ended in a failure
     """
 
-    pipeline: str = "paper"
-    integrator: str = "euler"
-    step_control: str = "doubling"
+    pipeline: str = "fused"
+    integrator: str | None = None
+    step_control: str | None = None
     observer: str = "chart"
     observer_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     step: float | None = None
-    tolerance: float = 1e-3
+    tolerance: float | None = None
     chord_tolerance: float | None = None
     max_steps: int = 100_000
     segments: int = 500
@@ -104,6 +109,7 @@ class Settings:
             object.__setattr__(self, "early_termination", "both" if self.early_termination else "off")
         object.__setattr__(self, "passes", tuple(self.passes))
         _one_of("pipeline", self.pipeline, PIPELINES)
+        self._follow_the_pipeline()
         _one_of("integrator", self.integrator, INTEGRATORS)
         _one_of("step_control", self.step_control, STEP_CONTROLS)
         _one_of("observer", self.observer, OBSERVERS)
@@ -138,9 +144,26 @@ class Settings:
             _whole("batch_size", self.batch_size, 1, 65536)
 
     @property
+    def filters_textures(self) -> bool:
+        """Whether the pipeline filters sky and images, where there are any."""
+        return self.pipeline == "fused" and self.filter_textures
+
+    @property
     def refines_edges(self) -> bool:
         """Whether pixels at edges get more samples than the others."""
         return self.pipeline == "fused" and "Combined" in self.passes and self.edge_samples > self.samples
+
+    def _follow_the_pipeline(self) -> None:
+        """What is None becomes what the pipeline does best with the rest."""
+        papers = self.pipeline == "paper"
+        if self.integrator is None:
+            simple = papers and self.step_control != "embedded"
+            object.__setattr__(self, "integrator", "euler" if simple else "dormand_prince_54")
+        if self.step_control is None:
+            embedded = not papers and self.integrator in WITH_ERROR_ESTIMATE
+            object.__setattr__(self, "step_control", "embedded" if embedded else "doubling")
+        if self.tolerance is None:
+            object.__setattr__(self, "tolerance", TOLERANCES[self.pipeline])
 
 
 def _one_of(name: str, value, choices: tuple) -> None:

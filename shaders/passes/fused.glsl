@@ -4,6 +4,9 @@
 // Steps and chords are independent (Section 3.2): steps are as long as the integrator's error allows. From where the last
 // piece of the ray ended, steps are joined to a piece until a chord would stray too far from it; then the piece is cut
 // into as many chords as it needs, unless it passes by everything.
+//
+// A draw has to be short: a ray that is not at its end after u_draw_steps is written down, and taken up again by the next
+// draw (RESUMED).
 
 void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);  // where and which way pixel looks
 RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
@@ -88,6 +91,14 @@ void complete_triangle_hit(Segment segment, inout Hit hit);  // position, normal
 void complete_sphere_hit(Segment segment, inout Hit hit);
 #endif
 
+#ifndef STRAIGHT
+uniform int u_draw_steps;  // of a ray in this draw
+#endif
+#ifdef RESUMED
+uniform sampler2D u_ray_x;  // the outputs of the last draw
+uniform sampler2D u_ray_v;
+uniform sampler2D u_ray_more;
+#endif
 #ifdef QUAD_LIST
 uniform sampler2D u_quads;  // the pixels at the lower left corners of the 2 x 2 quads to draw
 #endif
@@ -95,7 +106,10 @@ uniform vec2 u_pixel_offset;  // of this tile's corner in the whole image, plus 
 uniform float u_step;
 
 out vec4 out_x;  // where it ended, tau
-out vec4 out_v;  // unit direction there, status
+out vec4 out_v;  // unit direction there, status; v of a ray that is to go on
+#ifndef STRAIGHT
+out vec4 out_more;  // for going on: the next step size, the last error estimate, their sum, steps taken
+#endif
 #ifdef COLOR
 out vec4 out_color;
 #endif
@@ -165,6 +179,17 @@ void main() {
     s.x += way * s.v;
     tau += way;
 #else
+#ifdef RESUMED
+    vec4 x = texelFetch(u_ray_x, drawn, 0);
+    vec4 v = texelFetch(u_ray_v, drawn, 0);
+    vec4 more = texelFetch(u_ray_more, drawn, 0);
+    RayState s = RayState(x.xyz, v.xyz);
+    RayState rate = rhs(s);
+    tau = x.w;
+    float h = more.x;
+    int taken = int(more.w);
+    float status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
+#else
     RayState s = ray_start(origin, direction, bounding_radius(), tau);
     RayState rate = rhs(s);
 #ifdef EMBEDDED
@@ -175,11 +200,17 @@ void main() {
 #endif
     float status = absorbed(s) ? ABSORBED : escaped(s, rate) ? ESCAPED : RUNNING;
     int taken = 0;
+    vec4 more = vec4(0.0);
+#ifdef EMBEDDED
+    more.y = first_error();
+#endif
+#endif
+    int draw_end = taken + u_draw_steps;
 #ifdef ADAPTIVE
-    float summed_error = 0.0;
+    float summed_error = more.z;
 #endif
 #ifdef EMBEDDED
-    float error_before = first_error();
+    float error_before = more.y;
 #endif
 #ifdef CHORDS
     Hit hit;
@@ -189,11 +220,11 @@ void main() {
     vec3 piece_rate = rate.x;
     float piece_tau = tau;
 #endif
-    while (status == RUNNING) {
+    while (status == RUNNING && taken < draw_end) {
 #ifdef CHORDS
         bool piece_ready = false;
         int chords = 1;
-        while (status == RUNNING && !piece_ready) {
+        while (status == RUNNING && taken < draw_end && !piece_ready) {
 #endif
         // One step.
 #ifdef ADAPTIVE
@@ -247,7 +278,7 @@ void main() {
         vec2 stands_over;
         float strays = stray(piece_x, span * piece_rate, s.x, span * rate.x, stands_over);
         float excess = strays / (u_chord_tolerance * max(tau * length(rate.x), 1e-30));
-        if (excess > 0.25 || status != RUNNING) {
+        if (excess > 0.25 || status != RUNNING || taken >= draw_end) {
             Probe probe = make_probe(piece_x, s.x, strays);
             probe.begin = min(min(stands_over.x, stands_over.y), 0.0);
             probe.end = max(max(stands_over.x, stands_over.y), 1.0);
@@ -296,6 +327,15 @@ void main() {
     }
 #endif
 
+#ifndef STRAIGHT
+    out_more = vec4(h, 0.0, 0.0, float(taken));
+#ifdef ADAPTIVE
+    out_more.z = summed_error;
+#endif
+#ifdef EMBEDDED
+    out_more.y = error_before;
+#endif
+#endif
 #ifdef DRIFT
     RayState end = s;
 #endif
@@ -305,6 +345,9 @@ void main() {
     out_v = vec4(ray_direction(s), status);
 #endif
     if (status == NOT_FINITE) out_v.xyz = vec3(0.0);
+#ifndef STRAIGHT
+    if (status == RUNNING) out_v.xyz = s.v;
+#endif
 #ifdef GEOMETRY
     bool is_hit = status == HIT;
     if (is_hit) {

@@ -38,6 +38,7 @@ CHOICES = {
     "failed_rays": FAILED_RAYS,
     "ray_bits": (16, 32),
 }
+FOLLOWING = ("integrator", "step_control", "tolerance")  # None is the pipeline's own choice
 BAD_NUMBERS = st.sampled_from([math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, "1", None, 1j, [1.0]])
 
 
@@ -54,8 +55,8 @@ def test_lengths_and_angles_out_of_range(name, data):
     below = st.floats(max_value=low, exclude_max=True)
     above = st.floats(min_value=high, exclude_min=True)
     value = data.draw(below | above | BAD_NUMBERS)
-    if value is None and name != "tolerance":
-        return  # None is a choice: the model's own
+    if value is None:
+        return  # None is a choice: the model's own, or the pipeline's
     refused(name, value)
 
 
@@ -77,7 +78,7 @@ def test_true_is_no_number(name):
 @pytest.mark.parametrize("name", CHOICES)
 @given(value=st.text() | st.integers(33) | st.floats(allow_nan=True) | st.none())
 def test_unknown_choices(name, value):
-    if value not in CHOICES[name]:
+    if value not in CHOICES[name] and not (value is None and name in FOLLOWING):
         refused(name, value)
 
 
@@ -118,6 +119,22 @@ def test_embedded_control_needs_an_estimate(integrator):
 def test_defaults_are_in_range():
     settings = Settings()
     assert Settings(**{field.name: getattr(settings, field.name) for field in dataclasses.fields(Settings)}) == settings
+
+
+@pytest.mark.parametrize(
+    ("given", "followed"),
+    [
+        ({}, ("dormand_prince_54", "embedded", 1e-4)),
+        ({"integrator": "runge_kutta_4"}, ("runge_kutta_4", "doubling", 1e-4)),
+        ({"pipeline": "paper"}, ("euler", "doubling", 1e-3)),
+        ({"pipeline": "paper", "step_control": "embedded"}, ("dormand_prince_54", "embedded", 1e-3)),
+        ({"pipeline": "paper", "integrator": "dormand_prince_54"}, ("dormand_prince_54", "doubling", 1e-3)),
+        ({"step_control": "constant", "tolerance": 0.5}, ("dormand_prince_54", "constant", 0.5)),
+    ],
+)
+def test_the_rest_follows_the_pipeline(given, followed):
+    settings = Settings(**given)
+    assert (settings.integrator, settings.step_control, settings.tolerance) == followed
 
 
 def test_settings_are_a_key():

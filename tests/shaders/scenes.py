@@ -6,9 +6,15 @@ import numpy as np
 
 from addon.core.models import MODELS
 from addon.core.scene import Camera, Placement, Scene, Spheres, Triangles
+from addon.core.settings import Settings
 
 STRAIGHT = MODELS["straight"]()
 HOLE = MODELS["schwarzschild"](mass=1.0)
+
+
+def papers(**options):
+    """Settings of the paper's pipeline; by default with Euler's method and step doubling."""
+    return Settings(pipeline="paper", **options)
 
 
 def rotation(x, y, z):

@@ -5,7 +5,7 @@ import pytest
 
 from addon.core.models import MODELS
 from addon.core.scene import Light, Material, Scene
-from addon.core.settings import EARLY_TERMINATIONS, Settings
+from addon.core.settings import EARLY_TERMINATIONS
 from addon.core.status import Status
 from addon.core.trace import render
 from tests.shaders import scenes
@@ -50,7 +50,7 @@ def reference(egl):
     found = {}
     for name, base in BASES.items():
         passes = PASSES if name == "doubling" else tuple(each for each in PASSES if each != "Error")
-        found[name] = render(curved_scene(), Settings(passes=passes, **base)).passes
+        found[name] = render(curved_scene(), scenes.papers(passes=passes, **base)).passes
     return found
 
 
@@ -62,7 +62,7 @@ def test_the_scene_has_rays_of_every_kind(reference):
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_acceleration_gives_the_same_picture(reference, base, variant):
-    settings = Settings(passes=tuple(reference[base]), **(BASES[base] | VARIANTS[variant]))
+    settings = scenes.papers(passes=tuple(reference[base]), **(BASES[base] | VARIANTS[variant]))
     identical(reference[base], render(curved_scene(), settings).passes)
 
 
@@ -77,9 +77,9 @@ def test_coincident_triangles(variant, model):
     scene = Scene(view, MODELS[model](**({"mass": 0.3} if model == "schwarzschild" else {})), triangles=soup)
     base = {"passes": ("Depth", "Object Index"), "step_control": "constant", "step": 0.05, "segments": 60}
     # steps_per_segment 7: chords end anywhere, so that the depth's rounding matters.
-    one = render(scene, Settings(**base, steps_per_segment=7)).passes
+    one = render(scene, scenes.papers(**base, steps_per_segment=7)).passes
     assert (one["Object Index"] > 0).mean() > 0.1
-    identical(one, render(scene, Settings(**base, steps_per_segment=7, **VARIANTS[variant])).passes)
+    identical(one, render(scene, scenes.papers(**base, steps_per_segment=7, **VARIANTS[variant])).passes)
 
 
 @pytest.mark.parametrize("distance", [1e2, 1e4])
@@ -88,11 +88,11 @@ def test_group_culling_of_a_far_scene(distance):
     view = scenes.camera(40, 40, (0, -distance, 0.1 * distance), half=2.5 / distance)
     scene = scenes.mixed(view=view, count=80)
     passes = ("Depth", "Object Index", "Status")
-    one = render(scene, Settings(passes=passes)).passes
+    one = render(scene, scenes.papers(passes=passes)).passes
     assert (one["Status"] == Status.HIT).mean() > 0.2
-    identical(one, render(scene, Settings(passes=passes, cull_batches=False)).passes)
+    identical(one, render(scene, scenes.papers(passes=passes, cull_batches=False)).passes)
 
 
 def test_a_second_render_is_the_same_picture():
-    settings = Settings(passes=("Combined", "Depth", "Steps"), segments=200)
+    settings = scenes.papers(passes=("Combined", "Depth", "Steps"), segments=200)
     identical(render(curved_scene(), settings).passes, render(curved_scene(), settings).passes)

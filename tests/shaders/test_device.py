@@ -10,7 +10,6 @@ import pytest
 
 from addon.core import device as gpu
 from addon.core.compose import Choice, ShaderError, Source
-from addon.core.settings import Settings
 from addon.core.trace import render
 from tests.shaders import scenes
 
@@ -51,10 +50,10 @@ def test_what_a_job_raises_reaches_the_caller_and_the_next_job_works():
 
 def test_shutdown_and_a_fresh_start():
     scene = scenes.mixed(view=scenes.camera(4, 4))
-    before = render(scene, Settings()).passes["Combined"]
+    before = render(scene, scenes.papers()).passes["Combined"]
     gpu.shutdown()
     gpu.shutdown()  # nothing to do
-    assert (render(scene, Settings()).passes["Combined"] == before).all()
+    assert (render(scene, scenes.papers()).passes["Combined"] == before).all()
 
 
 def test_a_rejected_shader_names_file_and_line():

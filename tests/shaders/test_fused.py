@@ -7,6 +7,7 @@ import pytest
 
 from addon.core.compose import compose
 from addon.core.models import MODELS
+from addon.core.pipelines import fused as fused_pipeline
 from addon.core.pipelines.fused import FusedPipeline
 from addon.core.pipelines.tile import Stopwatch
 from addon.core.scene import Environment, Image, Light, Material, Scene
@@ -273,3 +274,26 @@ def test_every_model_runs(model):
     for name in PASSES:
         assert np.isfinite(passes[name]).all(), name
     assert (passes["Status"] > Status.RUNNING).all()
+
+
+# Long rays: drawn a part at a time
+
+
+@pytest.mark.parametrize("control", ["constant", "doubling", "embedded"])
+def test_rays_that_are_taken_up_again_end_as_if_never_left(control, monkeypatch):
+    """All numbers to the bit; in a sky, where no chord ends with a draw."""
+    settings = {
+        "constant": {"integrator": "runge_kutta_4", "step": 0.1},
+        "doubling": {"integrator": "verlet", "tolerance": 1e-4},
+        "embedded": {"integrator": "dormand_prince_54", "tolerance": 1e-6},
+    }[control]
+    scene = Scene(scenes.camera(31, 23, (0, -12, 0)), scenes.HOLE, environment=Environment((0.2, 0.3, 0.4)))
+    passes = tuple(each for each in PASSES if each not in ("Normal", "Object Index"))
+    settings = Settings(pipeline="fused", step_control=control, passes=passes, **settings)
+    monkeypatch.setattr(fused_pipeline, "STEPS_A_DRAW", 100_000)
+    whole = render(scene, settings).passes
+    monkeypatch.setattr(fused_pipeline, "STEPS_A_DRAW", 7)
+    parts = render(scene, settings).passes
+    assert whole["Steps"].max() > 21  # three draws at least
+    for name in passes:
+        assert np.array_equal(whole[name], parts[name]), name

@@ -48,9 +48,13 @@ HUGE = (1e3, 1e6, 1e12, 1e25, 1e38, 1e200)
 
 
 def checked(scene, **options):
-    """Render every pass; all numbers, and a status for each ray."""
-    settings = Settings(**({"passes": PASSES, "segments": 300, "tolerance": 1e-2} | options))
-    frame = render(scene, settings)
+    """Render every pass in both pipelines; all numbers, and a status for each ray. The frame of the paper's."""
+    settings = {"passes": PASSES, "segments": 300, "tolerance": 1e-2} | options
+    check(render(scene, Settings(pipeline="fused", **settings)))
+    return check(render(scene, Settings(pipeline="paper", **settings)))
+
+
+def check(frame):
     for name, pixels in frame.passes.items():
         assert np.isfinite(pixels).all(), f"{name}: {np.sum(~np.isfinite(pixels))} values are not finite"
     status = frame.passes["Status"]

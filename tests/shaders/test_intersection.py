@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from addon.core.scene import Image, Material, Scene
-from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import render
 from tests.shaders import scenes, truth
@@ -35,7 +34,7 @@ VIEWS = dict(views())
 
 def compare(scene, settings=None):
     """Render and cast; the passes, the truth, and the pixels that are clear of every edge."""
-    frame = render(scene, settings or Settings(passes=PASSES))
+    frame = render(scene, settings or scenes.papers(passes=PASSES))
     exact = truth.cast(scene)
     return frame.passes, exact, exact.margin > EDGE
 
@@ -113,7 +112,8 @@ def test_a_closed_surface_has_no_holes():
     a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
     mesh = scenes.triangles(np.concatenate([np.stack([a, b, c], 2), np.stack([a, c, d], 2)]).reshape(-1, 3, 3))
     frame = render(
-        Scene(scenes.camera(128, 128, (0, -6, 0), half=0.3), scenes.STRAIGHT, triangles=mesh), Settings(passes=PASSES)
+        Scene(scenes.camera(128, 128, (0, -6, 0), half=0.3), scenes.STRAIGHT, triangles=mesh),
+        scenes.papers(passes=PASSES),
     )
     missed = frame.passes["Status"] != Status.HIT
     # Float32 decides u, v >= 0 of neighbours apart: Moeller and Trumbore may leak by one ray in some ten thousand.
@@ -127,7 +127,7 @@ def test_both_sides_of_a_triangle_are_seen_with_the_normal_towards_the_viewer():
             scenes.STRAIGHT,
             triangles=scenes.quad((0, 0, 0), (2, 0, 0), (0, 0, 2)),
         )
-        normal = render(scene, Settings(passes=PASSES)).passes["Normal"][4, 4]
+        normal = render(scene, scenes.papers(passes=PASSES)).passes["Normal"][4, 4]
         assert normal == pytest.approx([0, np.sign(position[1]), 0], abs=1e-6)
 
 
@@ -139,7 +139,7 @@ def test_the_nearest_of_many_wins_whatever_their_order():
         triangles=scenes.joined(*walls),
         spheres=scenes.spheres([[0, 9, 0]], 5.0),
     )
-    assert (render(scene, Settings(passes=PASSES)).passes["Object Index"] == 11).all()
+    assert (render(scene, scenes.papers(passes=PASSES)).passes["Object Index"] == 11).all()
 
 
 def uv_scene(kind, interpolation="CLOSEST"):

@@ -5,7 +5,6 @@ import pytest
 
 from addon.core.models import MODELS
 from addon.core.scene import Scene
-from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import trace_rays
 from tests.shaders import scenes, truth
@@ -17,7 +16,7 @@ START = 50.0  # M: the rays begin and end at this radius
 def constant(step, length=2.5 * START, **options):
     """Euler steps of `step`, as many as a ray of this length needs."""
     options = {"steps_per_segment": 100, "max_steps": 10_000_000, "escape_radius": START} | options
-    return Settings(step_control="constant", step=step, segments=int(length / step / 100) + 1, **options)
+    return scenes.papers(step_control="constant", step=step, segments=int(length / step / 100) + 1, **options)
 
 
 def from_afar(b):
@@ -72,14 +71,16 @@ def test_euler_meets_darwins_deflection_at_first_order(b):
 @pytest.mark.parametrize("b", [50.0, 99.0, 150.0])
 def test_rays_of_a_far_camera_bend_outside_100_m_too(b):
     """From 1000 M, nothing chosen by hand: within 1e-3 rad, about a pixel of a common lens."""
-    ends = trace_rays(scenes.HOLE, [[-1000.0, b, 0.0]], [[1.0, 0.0, 0.0]], Settings(tolerance=1e-5, segments=20_000))
+    ends = trace_rays(
+        scenes.HOLE, [[-1000.0, b, 0.0]], [[1.0, 0.0, 0.0]], scenes.papers(tolerance=1e-5, segments=20_000)
+    )
     assert angle(ends.direction)[0] == pytest.approx(truth.darwin(b), abs=1e-3)
 
 
 @pytest.mark.parametrize("control", ["constant", "doubling"])
 def test_capture(control):
     """b = 5.0 M falls in, b = 5.4 M escapes: on either side of 3 sqrt 3 = 5.196."""
-    settings = constant(0.02) if control == "constant" else Settings(tolerance=1e-4, segments=5000)
+    settings = constant(0.02) if control == "constant" else scenes.papers(tolerance=1e-4, segments=5000)
     rays = np.array([from_afar(b) for b in (5.0, 5.4, -5.0, -5.4)])
     ends = trace_rays(scenes.HOLE, rays[:, 0], rays[:, 1], settings)
     assert ends.status.tolist() == [Status.ABSORBED, Status.ESCAPED] * 2
@@ -119,7 +120,7 @@ def test_without_a_model_rays_are_straight():
     """Without objects a straight ray ends behind the centre, on the line that it began on."""
     generator = np.random.default_rng(1)
     x, v = generator.normal(size=(2, 600, 3)).astype(np.float32)
-    ends = trace_rays(scenes.STRAIGHT, x, v, Settings())
+    ends = trace_rays(scenes.STRAIGHT, x, v, scenes.papers())
     unit = v / np.linalg.norm(v.astype(float), axis=1, keepdims=True)
     assert (ends.status == Status.ESCAPED).all()
     assert np.abs(ends.direction - unit).max() < 3 * EPS
@@ -139,7 +140,7 @@ def test_step_doubling_gains_by_a_smaller_tolerance():
     """
     for b in (6.0, 10.0):
         exact = truth.darwin(b)
-        settings = [Settings(tolerance=t, segments=100_000, escape_radius=START) for t in (1e-2, 1e-3, 1e-4)]
+        settings = [scenes.papers(tolerance=t, segments=100_000, escape_radius=START) for t in (1e-2, 1e-3, 1e-4)]
         errors = np.abs([deflection(b, each) - exact for each in settings])
         print(f"\nb = {b} M, step doubling at 1e-2, 1e-3, 1e-4: errors {errors} rad")
         assert errors[1] < 0.5 * errors[0] and errors[2] < 0.5 * errors[1]
@@ -151,7 +152,7 @@ def test_step_doublings_own_estimate_grows_with_its_error():
         trace_rays(
             scenes.HOLE,
             *np.array([from_afar(6.0)]).swapaxes(0, 1),
-            Settings(tolerance=t, segments=100_000, escape_radius=START),
+            scenes.papers(tolerance=t, segments=100_000, escape_radius=START),
         )
         for t in (1e-2, 1e-3)
     ]
@@ -197,7 +198,7 @@ def ray(b=6.0):
 
 
 def test_step_limit():
-    ends = trace_rays(scenes.HOLE, *ray(), Settings(segments=3))
+    ends = trace_rays(scenes.HOLE, *ray(), scenes.papers(segments=3))
     assert ends.status[0] == Status.STEP_LIMIT
     assert np.linalg.norm(ends.position[0]) < START + 1
 
@@ -205,7 +206,7 @@ def test_step_limit():
 @pytest.mark.parametrize("max_steps", [1, 7, 25, 100])
 @pytest.mark.parametrize("control", ["constant", "doubling"])
 def test_no_ray_takes_more_steps_than_allowed(max_steps, control):
-    ends = trace_rays(scenes.HOLE, *ray(), Settings(step_control=control, max_steps=max_steps))
+    ends = trace_rays(scenes.HOLE, *ray(), scenes.papers(step_control=control, max_steps=max_steps))
     assert ends.status[0] == Status.STEP_LIMIT
     # A segment of step doubling is three steps at least: h, and twice h / 2.
     assert 0 < ends.steps[0] <= max(max_steps, 3 if control == "doubling" else 1)
@@ -214,7 +215,7 @@ def test_no_ray_takes_more_steps_than_allowed(max_steps, control):
 def test_a_tolerance_below_float32_ends_in_a_named_status():
     """No step of float32 meets 1e-9 rad next to the hole; rays say so, and in finite time."""
     x = np.array([[2.05, 0, 0], [3.0, 0, 0], [-START, 5.2, 0]])
-    ends = trace_rays(scenes.HOLE, x, [[0, 1, 0], [0, 1, 0], [1, 0, 0]], Settings(tolerance=1e-9, segments=1000))
+    ends = trace_rays(scenes.HOLE, x, [[0, 1, 0], [0, 1, 0], [1, 0, 0]], scenes.papers(tolerance=1e-9, segments=1000))
     assert set(ends.status) <= {Status.STEP_TOO_SMALL, Status.STEP_LIMIT}
     assert np.isfinite(ends.position).all() and np.isfinite(ends.direction).all()
 
@@ -222,14 +223,14 @@ def test_a_tolerance_below_float32_ends_in_a_named_status():
 @pytest.mark.parametrize("step", [1e-6, 1e3, 1e6])
 def test_the_first_step_does_not_matter_where_steps_adapt(step):
     """A first step that is far too large is taken back until it fits, and is no reason to call a step too small."""
-    ends = trace_rays(scenes.HOLE, *ray(10.0), Settings(step=step, segments=5000, tolerance=1e-4))
+    ends = trace_rays(scenes.HOLE, *ray(10.0), scenes.papers(step=step, segments=5000, tolerance=1e-4))
     assert ends.status[0] == Status.ESCAPED
     assert angle(ends.direction)[0] == pytest.approx(truth.darwin(10.0), abs=0.01)
 
 
 def test_not_finite():
     """A step of 1e9 M overflows within one segment; the end is the last point that was a number."""
-    settings = Settings(step_control="constant", step=1e9, segments=5)
+    settings = scenes.papers(step_control="constant", step=1e9, segments=5)
     ends = trace_rays(scenes.HOLE, [[2.1, 0.0, 0.0]], [[0.0, 1.0, 0.0]], settings)
     assert ends.status[0] == Status.NOT_FINITE
     for name, values in vars(ends).items():
@@ -238,7 +239,7 @@ def test_not_finite():
 
 def test_escaped_and_absorbed():
     rays = np.array([from_afar(b) for b in (0.0, 1.0, 20.0)])
-    ends = trace_rays(scenes.HOLE, rays[:, 0], rays[:, 1], Settings(segments=5000))
+    ends = trace_rays(scenes.HOLE, rays[:, 0], rays[:, 1], scenes.papers(segments=5000))
     assert ends.status.tolist() == [Status.ABSORBED, Status.ABSORBED, Status.ESCAPED]
     assert np.linalg.norm(ends.position[:2], axis=1).max() <= 2.0
     assert np.linalg.norm(ends.position[2]) >= 100.0  # the flat radius
@@ -249,7 +250,7 @@ def test_no_step_jumps_over_the_hole():
     radius = np.geomspace(10.0, 5000.0, 400)
     b = np.tile([0.0, 0.01, 0.3, 1.0, 4.0], 80)
     x = np.stack([-np.sqrt(radius**2 - b**2), b, 0 * b], axis=1)
-    ends = trace_rays(scenes.HOLE, x, np.tile([1.0, 0, 0], (400, 1)), Settings(segments=5000))
+    ends = trace_rays(scenes.HOLE, x, np.tile([1.0, 0, 0], (400, 1)), scenes.papers(segments=5000))
     lost = ends.status != Status.ABSORBED
     assert not lost.any(), f"{lost.sum()} of 400 went through, b = {np.unique(b[lost])}, r = {radius[lost][:5]}"
 
@@ -260,17 +261,17 @@ def test_no_step_jumps_over_the_hole():
 def test_rays_of_wrong_shapes_or_values():
     good = np.ones((2, 3))
     with pytest.raises(ValueError, match=r"'positions' has the shape \(2, 2\), but needs \(n, 3\)"):
-        trace_rays(scenes.HOLE, good[:, :2], good, Settings())
+        trace_rays(scenes.HOLE, good[:, :2], good, scenes.papers())
     with pytest.raises(ValueError, match="2 positions but 1 directions"):
-        trace_rays(scenes.HOLE, good, good[:1], Settings())
+        trace_rays(scenes.HOLE, good, good[:1], scenes.papers())
     with pytest.raises(ValueError, match="'directions' holds values that are not finite"):
-        trace_rays(scenes.HOLE, good, good * np.nan, Settings())
+        trace_rays(scenes.HOLE, good, good * np.nan, scenes.papers())
     with pytest.raises(ValueError, match="A direction is zero"):
-        trace_rays(scenes.HOLE, good, [[1, 0, 0], [0, 0, 0]], Settings())
+        trace_rays(scenes.HOLE, good, [[1, 0, 0], [0, 0, 0]], scenes.papers())
 
 
 def test_no_rays():
-    ends = trace_rays(scenes.HOLE, np.zeros((0, 3)), np.zeros((0, 3)), Settings())
+    ends = trace_rays(scenes.HOLE, np.zeros((0, 3)), np.zeros((0, 3)), scenes.papers())
     assert ends.position.shape == (0, 3) and ends.status.shape == (0,)
 
 
@@ -278,6 +279,6 @@ def test_no_rays():
 def test_any_number_of_rays(n):
     """Rays are folded into rows of 256; each keeps its place."""
     x = np.tile([[0.0, 30.0, 0.0]], (n, 1)) + np.arange(n)[:, None] * [[1e-3, 0, 0]]
-    ends = trace_rays(scenes.STRAIGHT, x, np.tile([[0.0, 1.0, 0.0]], (n, 1)), Settings())
+    ends = trace_rays(scenes.STRAIGHT, x, np.tile([[0.0, 1.0, 0.0]], (n, 1)), scenes.papers())
     assert ends.position.shape == (n, 3)
     assert ends.position[:, 0] == pytest.approx(x[:, 0], abs=1e-7)

@@ -29,7 +29,7 @@ def lit(view, model=scenes.STRAIGHT, **options):
 def test_any_size_even_more_than_a_tile(size):
     """Tiles that do not divide the picture leave no seam, gap or overlap: every pixel is where numpy casts it."""
     scene = lit(scenes.camera(*size), count=6)
-    frame = render(scene, Settings(passes=PASSES))
+    frame = render(scene, scenes.papers(passes=PASSES))
     assert frame.size == size
     exact = truth.cast(scene)
     clear = exact.margin > 1e-3
@@ -41,7 +41,7 @@ def test_any_size_even_more_than_a_tile(size):
 
 def test_the_picture_does_not_depend_on_the_tiles(monkeypatch):
     scene = lit(scenes.camera(37, 23), MODELS["schwarzschild"](mass=0.3))
-    settings = Settings(passes=PASSES, segments=300, tolerance=1e-2)
+    settings = scenes.papers(passes=PASSES, segments=300, tolerance=1e-2)
     whole = render(scene, settings).passes
     monkeypatch.setattr(trace, "TILE", 16)
     tiled = render(scene, settings).passes
@@ -52,7 +52,7 @@ def test_the_picture_does_not_depend_on_the_tiles(monkeypatch):
 @pytest.mark.parametrize("model", ["straight", "schwarzschild"])
 def test_a_region_is_the_crop_of_the_whole(model):
     view = scenes.camera(40, 30)
-    settings = Settings(passes=PASSES, segments=300, tolerance=1e-2)
+    settings = scenes.papers(passes=PASSES, segments=300, tolerance=1e-2)
     values = {"mass": 0.3} if model == "schwarzschild" else {}
     whole = render(lit(view, MODELS[model](**values)), settings).passes
     x0, y0, x1, y1 = region = (7, 11, 33, 28)
@@ -76,9 +76,9 @@ def test_samples_are_averaged(axis):
     view = Camera(scenes.look_at((0, -5, 0), (0, 0, 0)), (-0.5, 0.5, -0.5, 0.5), 1, 1, "ORTHOGRAPHIC")
     glow = Material(base_color=(0, 0, 0), emission=(1.0, 1.0, 1.0))
     scene = Scene(view, scenes.STRAIGHT, triangles=edge, materials=(glow,))
-    assert render(scene, Settings()).passes["Combined"][0, 0, 0] == 0.0
+    assert render(scene, scenes.papers()).passes["Combined"][0, 0, 0] == 0.0
     for samples in (4, 16, 64):
-        frame = render(scene, Settings(samples=samples, passes=("Combined", "Status")))
+        frame = render(scene, scenes.papers(samples=samples, passes=("Combined", "Status")))
         share = np.mean([trace.sample_offset(sample, 1.5)[axis] < -0.2 for sample in range(samples)])
         assert frame.passes["Combined"][0, 0, 0] == pytest.approx(share, abs=1e-6)
         assert share == pytest.approx(0.32, abs=3.0 / samples)
@@ -90,7 +90,7 @@ def test_samples_are_averaged(axis):
 def test_samples_of_a_flat_colour_change_nothing():
     scene = Scene(scenes.camera(4, 4), scenes.STRAIGHT, environment=Environment((0.25, 0.5, 0.75)))
     # Three thirds are one within a rounding each.
-    assert render(scene, Settings(samples=3)).passes["Combined"] == pytest.approx(
+    assert render(scene, scenes.papers(samples=3)).passes["Combined"] == pytest.approx(
         np.broadcast_to([0.25, 0.5, 0.75, 1.0], (4, 4, 4)), abs=2e-7
     )
 
@@ -98,11 +98,11 @@ def test_samples_of_a_flat_colour_change_nothing():
 # Progress and cancelling
 
 
-def long_work():
-    """A few seconds on a CPU: many segments of short steps."""
-    view = scenes.camera(128, 128, (0, -30, 0))
-    settings = Settings(step_control="constant", step=1e-4, segments=100_000, steps_per_segment=50, max_steps=5_000_000)
-    return Scene(view, scenes.HOLE), settings
+def long_work(pipeline="paper"):
+    """Minutes on a CPU: many segments of short steps."""
+    steps = {"step": 1e-4, "segments": 100_000, "steps_per_segment": 50, "max_steps": 5_000_000}
+    settings = Settings(pipeline=pipeline, integrator="euler", step_control="constant", **steps)
+    return Scene(scenes.camera(128, 128, (0, -30, 0)), scenes.HOLE), settings
 
 
 def test_progress_is_monotonic_and_ends_at_one(monkeypatch):
@@ -115,7 +115,7 @@ def test_progress_is_monotonic_and_ends_at_one(monkeypatch):
         assert threading.get_ident() == thread
         calls.append((fraction, sentence))
 
-    render(scene, Settings(samples=2, segments=100, tolerance=1e-2), progress=progress)
+    render(scene, scenes.papers(samples=2, segments=100, tolerance=1e-2), progress=progress)
     fractions = [fraction for fraction, _ in calls]
     assert len(fractions) > 9
     assert fractions == sorted(fractions)
@@ -129,9 +129,10 @@ def test_cancel_before_the_start():
         render(scene, settings, cancelled=lambda: True)
 
 
-def test_cancel_is_prompt_and_the_device_is_free_again():
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_cancel_is_prompt_and_the_device_is_free_again(pipeline):
     """Half a second after the start; the answer within one poll, and what was queued does not keep the next render."""
-    scene, settings = long_work()
+    scene, settings = long_work(pipeline)
     render(Scene(scenes.camera(2, 2), scenes.HOLE), dataclasses.replace(settings, segments=1))  # compiled
     asked = []
     begin = time.monotonic()
@@ -144,7 +145,7 @@ def test_cancel_is_prompt_and_the_device_is_free_again():
     with pytest.raises(Cancelled):
         render(scene, settings, cancelled=cancelled)
     assert time.monotonic() - asked[0] < 1.0
-    render(Scene(scenes.camera(2, 2), scenes.STRAIGHT), Settings())
+    render(Scene(scenes.camera(2, 2), scenes.STRAIGHT), scenes.papers())
     assert time.monotonic() - asked[0] < 10.0
 
 
@@ -156,15 +157,16 @@ def test_an_error_in_progress_reaches_the_caller_and_stops_the_work():
 
     with pytest.raises(ZeroDivisionError, match="the caller's own"):
         render(scene, settings, progress=progress)
-    render(Scene(scenes.camera(2, 2), scenes.STRAIGHT), Settings())
+    render(Scene(scenes.camera(2, 2), scenes.STRAIGHT), scenes.papers())
 
 
 def test_two_threads_may_render_at_once():
     scene = lit(scenes.camera(16, 12))
-    expected = render(scene, Settings()).passes["Combined"]
+    expected = render(scene, scenes.papers()).passes["Combined"]
     results = []
     threads = [
-        threading.Thread(target=lambda: results.append(render(scene, Settings()).passes["Combined"])) for _ in range(3)
+        threading.Thread(target=lambda: results.append(render(scene, scenes.papers()).passes["Combined"]))
+        for _ in range(3)
     ]
     for thread in threads:
         thread.start()
@@ -183,18 +185,18 @@ def sized(width, height, region=None):
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (-5, 10), (100_000, 10), (10, 100_000)])
 def test_impossible_sizes(size):
     with pytest.raises(SceneError, match=rf"The image is {size[0]} x {size[1]} pixels, but a side must lie in"):
-        render(sized(*size), Settings())
+        render(sized(*size), scenes.papers())
 
 
 def test_an_empty_region():
     with pytest.raises(SceneError, match="0 x 5 pixels"):
-        render(sized(10, 10, (3, 0, 3, 5)), Settings())
+        render(sized(10, 10, (3, 0, 3, 5)), scenes.papers())
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, math.nan, math.inf])
 def test_impossible_scales(scale):
     with pytest.raises(SceneError, match=r"The model's scale is .*, but must be positive\. Change Scale"):
-        render(dataclasses.replace(sized(4, 4), placement=Placement(scale=scale)), Settings())
+        render(dataclasses.replace(sized(4, 4), placement=Placement(scale=scale)), scenes.papers())
 
 
 @pytest.mark.parametrize("broken", ["camera", "position", "rotation", "window"])
@@ -208,7 +210,7 @@ def test_places_that_are_not_numbers(broken):
         bad = {"position": np.array([math.inf, 0, 0]), "rotation": np.full((3, 3), math.nan)}[broken]
         scene = dataclasses.replace(scene, placement=Placement(**{broken: bad}))
     with pytest.raises(SceneError, match="not a number"):
-        render(scene, Settings())
+        render(scene, scenes.papers())
 
 
 @pytest.mark.parametrize("observer", ["chart", "static"])
@@ -217,22 +219,22 @@ def test_no_camera_inside_the_horizon(observer):
     matrix[2, 3] = 1.5
     scene = Scene(Camera(matrix, (-1, 1, -1, 1), 4, 4), scenes.HOLE)
     with pytest.raises(SceneError, match=r"r = 1\.5, inside the horizon"):
-        render(scene, Settings(observer=observer))
+        render(scene, scenes.papers(observer=observer))
 
 
 def test_the_error_pass_needs_a_step_control():
     with pytest.raises(SettingsError, match="'Error' needs a step control"):
-        render(Scene(scenes.camera(4, 4), scenes.HOLE), Settings(step_control="constant", passes=("Error",)))
+        render(Scene(scenes.camera(4, 4), scenes.HOLE), scenes.papers(step_control="constant", passes=("Error",)))
 
 
 def test_the_memory_limit(monkeypatch):
     with pytest.raises(
         SceneError, match=r"The frame needs 65\d\d\d MiB, but 4096 MiB are allowed\. Lower the resolution"
     ):
-        render(sized(65536, 65536), Settings())
+        render(sized(65536, 65536), scenes.papers())
     monkeypatch.setattr(trace, "memory_limit_bytes", 1 << 10)
     with pytest.raises(SceneError, match="Memory Limit"):
-        render(sized(64, 64), Settings())
+        render(sized(64, 64), scenes.papers())
 
 
 def test_a_texture_beyond_the_device():
@@ -295,9 +297,9 @@ FEATURES = {
 def test_what_a_scene_does_not_have_is_neither_compiled_nor_uploaded(feature, monkeypatch):
     scene_change, settings_change, words, phrase = FEATURES[feature]
     settings = {"passes": SURFACE, "observer": "static", "segments": 20}
-    full_text, full = texts_of(everything(), Settings(**settings), monkeypatch)
+    full_text, full = texts_of(everything(), scenes.papers(**settings), monkeypatch)
     text, statistics = texts_of(
-        dataclasses.replace(everything(), **scene_change), Settings(**(settings | settings_change)), monkeypatch
+        dataclasses.replace(everything(), **scene_change), scenes.papers(**(settings | settings_change)), monkeypatch
     )
     for word in words:
         assert word in full_text and word not in text
@@ -308,14 +310,14 @@ def test_what_a_scene_does_not_have_is_neither_compiled_nor_uploaded(feature, mo
 
 
 def test_an_empty_scene_compiles_and_uploads_nothing_of_objects(monkeypatch):
-    text, statistics = texts_of(Scene(scenes.camera(4, 4), scenes.HOLE), Settings(segments=5), monkeypatch)
+    text, statistics = texts_of(Scene(scenes.camera(4, 4), scenes.HOLE), scenes.papers(segments=5), monkeypatch)
     for word in ("first_hit", "u_materials", "u_color", "out_tally", "u_surface"):
         assert word not in text
     assert statistics.texture_bytes == 0
 
 
 def test_a_straight_model_does_not_integrate():
-    frame = render(lit(scenes.camera(4, 4)), Settings(passes=("Steps",), max_steps=100_000))
+    frame = render(lit(scenes.camera(4, 4)), scenes.papers(passes=("Steps",), max_steps=100_000))
     assert (frame.passes["Steps"] == 1).all()
     assert "integration" in frame.statistics.left_out
 
@@ -327,7 +329,7 @@ def test_moving_anything_compiles_nothing():
     def programs():
         return gpu.run(lambda device: device.program_count)
 
-    settings = Settings(passes=("Combined", "Depth"), segments=400)
+    settings = scenes.papers(passes=("Combined", "Depth"), segments=400)
     scene = everything()
     first = render(scene, settings).passes["Combined"]
     count = programs()
@@ -351,7 +353,7 @@ def test_moving_anything_compiles_nothing():
 
 
 def test_statistics_say_what_happened():
-    frame = render(lit(scenes.camera(16, 12)), Settings(passes=("Combined", "Steps")))
+    frame = render(lit(scenes.camera(16, 12)), scenes.papers(passes=("Combined", "Steps")))
     statistics = frame.statistics
     assert statistics.ray_count == 16 * 12 and set(statistics.rays) == {Status.HIT, Status.ESCAPED}
     assert all(value >= 0 for value in statistics.milliseconds.values()) and statistics.milliseconds
@@ -361,5 +363,5 @@ def test_statistics_say_what_happened():
 def test_warnings_of_scene_and_packing_are_handed_on():
     scene = dataclasses.replace(lit(scenes.camera(4, 4)), warnings=("from the export",))
     scene.triangles.positions[0, 0, 0] = math.nan
-    frame = render(scene, Settings())
+    frame = render(scene, scenes.papers())
     assert frame.warnings[0] == "from the export" and "were skipped" in frame.warnings[1]

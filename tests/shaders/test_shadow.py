@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from addon.core.scene import Camera, Scene
-from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import render
 from tests.shaders import scenes, truth
@@ -34,7 +33,7 @@ def test_shadow_of_constant_steps(r, observer):
     of first order): 0.24 pixels of 256 at h = 0.002 M. The area of 51000 pixels has an error below 0.02 pixels.
     """
     h = 0.002
-    settings = Settings(
+    settings = scenes.papers(
         step_control="constant",
         observer=observer,
         step=h,
@@ -62,7 +61,7 @@ def test_shadow_of_step_doubling(r, observer):
     pixels = 256
     scene = shadow_scene(r, observer, None, pixels)
     pixel_angle = 2 * scene.camera.window[1] / pixels
-    settings = Settings(observer=observer, tolerance=pixel_angle / 300, segments=20_000, passes=("Status",))
+    settings = scenes.papers(observer=observer, tolerance=pixel_angle / 300, segments=20_000, passes=("Status",))
     status = render(scene, settings).passes["Status"]
     radius, expected = measured_radius(status, 1), RADIUS * pixels / PIXELS
     print(f"\nr = {r} M, {observer}, doubling: shadow {radius:.3f} px, formula {expected} px")

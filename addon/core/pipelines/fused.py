@@ -10,18 +10,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ..compose import Choice
 from ..device import Device
+from ..status import Status
 from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
 from .tile import Request, Stopwatch, TileEnds
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
 HALVES = ("u_image_texels", "u_image_mips")  # textures of half floats
-SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 64, 512  # pixels a side
+SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 32, 512  # pixels a side
+STEPS_A_DRAW = 512  # of a ray; the same for every draw, so that a picture does not depend on how long draws take
+QUADS_A_ROW = 256  # rays that are taken up again are drawn as 2 x 2 quads in a picture of this width
 
 
 class FusedPipeline:
@@ -139,6 +143,7 @@ class FusedPipeline:
         self.uploaded_bytes = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in tables)
         cube_bytes = sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in cubes.values())
         self.uploaded_bytes += cube_bytes * 4 // 3 if self.settings.filter_textures else cube_bytes  # the mipmaps
+        self.uploaded_bytes += sum(4 * data.size for data in request.model.textures.values())
         self.textures |= cubes
         for name, data in request.model.textures.items():
             volume = data.ndim == 4
@@ -197,20 +202,61 @@ class FusedPipeline:
             if "QUAD_LIST" in self.choice.flags:
                 textures = textures | {"u_quads": self._quad_list(*drawn, corners)}
             samples = self.settings.samples if corners is None else self.settings.edge_samples
-            self._make_target(*drawn)
-            self.target.begin(drawn)
             values = self.request.uniforms | self._values() | {"u_pixel_offset": pixel_offset, "u_quad_depth": 0.5}
             values["u_footprint_scale"] = 1.0 / math.sqrt(samples)
-            self.device.program(self.choice).draw(self.target, textures, values)
-            self.device.finish()
+            self._draw(self.choice, drawn, textures, values)
             self._learn(columns, rows, time.perf_counter() - begin)
-        with self.watch.stage("read"):
-            return self._read(columns, rows)
+        parts = self._read(columns, rows)
+        if (parts["v"][..., 3] == Status.RUNNING).any():
+            parts = self._go_on(parts, corners, values, report, stopped)
+        return parts and TileEnds(
+            parts["x"], parts["v"], parts.get("color"), parts.get("surface"), parts.get("tally"), parts.get("frequency")
+        )
+
+    def _draw(self, choice: Choice, size: tuple[int, int], textures: dict, values: dict) -> None:
+        self._make_target(*size)
+        self.target.begin(size)
+        self.device.program(choice).draw(self.target, textures, values)
+        self.device.finish()
+
+    def _go_on(self, parts: dict, corners: np.ndarray | None, values: dict, report, stopped) -> dict | None:
+        """parts (output name -> (rows, columns, 4)) with the rays that were not at their end drawn until they are.
+        None where stopped() said so.  corners : as trace() has it
+        """
+        rows, columns = parts["v"].shape[:2]
+        even = (0, rows % 2), (0, columns % 2), (0, 0)
+        quads = {name: _in_quads(np.pad(part, even, "edge")) for name, part in parts.items()}
+        if corners is None:
+            corners = _corners(columns + columns % 2, rows + rows % 2)
+        corners = corners.reshape(-1, 2)
+        choice = replace(self.choice, flags=self.choice.flags | {"RESUMED", "QUAD_LIST"})
+        tables = None
+        while (running := quads["v"][..., 3] == Status.RUNNING).any():
+            if stopped():
+                return None
+            report(float(quads["more"][running][:, 3].min()) / values["u_max_steps"])
+            needed = np.flatnonzero(running.any(axis=(1, 2)))
+            wide = min(len(needed), QUADS_A_ROW)
+            high = math.ceil(len(needed) / wide)
+            listed = needed[np.minimum(np.arange(wide * high), len(needed) - 1)]  # the last one fills up the last row
+            with self.watch.stage("trace"):
+                if tables is None:
+                    tables = {name: self.device.texture((2 * wide, 2 * high)) for name in ("x", "v", "more")}
+                    table_of_quads = self.device.texture((wide, high), components=2)
+                for name, table in tables.items():
+                    table.write(_as_picture(quads[name][listed], wide).tobytes(), (0, 0, 2 * wide, 2 * high))
+                table_of_quads.write(corners[listed].astype(np.float32).tobytes(), (0, 0, wide, high))
+                textures = {f"u_ray_{name}": table for name, table in tables.items()} | {"u_quads": table_of_quads}
+                self._draw(choice, (2 * wide, 2 * high), self.textures | textures, values)
+            for name, part in self._read(2 * wide, 2 * high).items():
+                new = _in_quads(part)[: len(needed)]
+                quads[name][needed] = np.where(running[needed][..., None], new, quads[name][needed])
+        return {name: _as_picture(part, (columns + 1) // 2)[:rows, :columns] for name, part in quads.items()}
 
     def _quad_list(self, columns: int, rows: int, corners: np.ndarray | None):
         """A texture of the corners of the quads to draw; by default those of a tile, from its own corner on."""
         if corners is None:
-            corners = np.stack(np.meshgrid(np.arange(0, columns, 2), np.arange(0, rows, 2)), axis=-1)
+            corners = _corners(columns, rows)
         return self.device.texture((columns // 2, rows // 2), corners, components=2)
 
     def _values(self) -> dict[str, object]:
@@ -227,6 +273,7 @@ class FusedPipeline:
             "u_max_steps": min(
                 settings.max_steps, settings.segments * settings.steps_per_segment * (3 if doubling else 1)
             ),
+            "u_draw_steps": STEPS_A_DRAW,
             "u_tolerance": tolerance,
             "u_chord_tolerance": settings.chord_tolerance or settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
@@ -239,9 +286,25 @@ class FusedPipeline:
             values["u_bounds_low"], values["u_bounds_high"] = (tuple(corner) for corner in request.packed.bounds)
         return values
 
-    def _read(self, columns: int, rows: int) -> TileEnds:
-        names = [name.removeprefix("out_") for name in self.target.outputs]
-        parts = {name: self.target.read(index, columns, rows) for index, name in enumerate(names)}
-        return TileEnds(
-            parts["x"], parts["v"], parts.get("color"), parts.get("surface"), parts.get("tally"), parts.get("frequency")
-        )
+    def _read(self, columns: int, rows: int) -> dict[str, np.ndarray]:
+        """Output name -> float32, (rows, columns, 4)."""
+        with self.watch.stage("read"):
+            names = [name.removeprefix("out_") for name in self.target.outputs]
+            return {name: self.target.read(index, columns, rows) for index, name in enumerate(names)}
+
+
+def _corners(columns: int, rows: int) -> np.ndarray:
+    """(rows / 2, columns / 2, 2): column and row of the lower left pixel of every 2 x 2 quad of a tile."""
+    return np.stack(np.meshgrid(np.arange(0, columns, 2), np.arange(0, rows, 2)), axis=-1)
+
+
+def _in_quads(picture: np.ndarray) -> np.ndarray:
+    """(2 r, 2 c, 4) -> (r c, 2, 2, 4), row by row."""
+    rows, columns, channels = picture.shape
+    return picture.reshape(rows // 2, 2, columns // 2, 2, channels).swapaxes(1, 2).reshape(-1, 2, 2, channels)
+
+
+def _as_picture(quads: np.ndarray, wide: int) -> np.ndarray:
+    """(r wide, 2, 2, 4) -> (2 r, 2 wide, 4): what _in_quads() took apart."""
+    channels = quads.shape[-1]
+    return quads.reshape(-1, wide, 2, 2, channels).swapaxes(1, 2).reshape(-1, 2 * wide, channels)
