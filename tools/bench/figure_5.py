@@ -36,7 +36,7 @@ def measure(mode: Mode) -> Part:
         crossbar = {label: jobs.pop(label) for label in CROSSBAR}
         timings = interleaved(jobs, mode.repeats)
         if count in mode.crossbar_spheres:
-            timings |= interleaved(crossbar, 1 if count >= SLOW else mode.repeats, warm=False)
+            timings |= interleaved(crossbar, 1 if count >= SLOW else mode.slow_repeats, warm=False)
         for label, timing in timings.items():
             seconds[label][count] = 1e-3 * timing.best("trace")
     rows = [(count, *(seconds[label].get(count) for label in LABELS)) for count in mode.spheres]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from addon.core.models import MODELS
-from addon.core.scene import Environment, Image, Light, Material, Scene, Triangles
+from addon.core.scene import Environment, Image, Light, Material, Scene, Spheres, Triangles
 from addon.core.settings import PASSES, Settings
 
 from . import scenes, settings
@@ -30,7 +30,7 @@ class Pair:
 
 
 def pairs(size: tuple[int, int]) -> dict[str, Pair]:
-    """Name of what is left out -> the two. What is there lies out of view, or changes nothing."""
+    """Name of what is left out -> the two. What is there hides in the hole, or changes nothing."""
     chosen = settings.fused(TOLERANCE, TOLERANCE, escape_radius=None)
     torus = scenes.torus_scene(scenes.HOLE, size, RINGS)
     spheres = scenes.sphere_scene(scenes.HOLE, size, 10)
@@ -62,17 +62,17 @@ def pairs(size: tuple[int, int]) -> dict[str, Pair]:
     }
 
 
-def unseen_spheres():
-    """One that hides behind the camera."""
-    one = scenes.spheres(1)
-    return replace(one, centres=np.array([[0.0, -29.0, 5.0]]), radii=np.array([0.2]))
+def unseen_spheres() -> Spheres:
+    """One that the horizon hides."""
+    return replace(scenes.spheres(1), centres=np.zeros((1, 3)), radii=np.array([0.5]))
 
 
 def unseen_triangles() -> Triangles:
-    """One that hides behind the camera."""
-    torus = scenes.torus(8)
-    corner = np.array([[[0.0, -29.0, 5.0], [0.2, -29.0, 5.0], [0.0, -29.0, 5.2]]])
-    return Triangles(corner, torus.normals[:1], torus.uvs[:1], torus.material_index[:1], torus.object_index[:1])
+    """One that the horizon hides."""
+    corners = 0.5 * np.eye(3)[None]
+    normals = np.full((1, 3, 3), 3.0**-0.5, np.float32)
+    zero = np.zeros(1, np.int32)
+    return Triangles(corners, normals, np.zeros((1, 3, 2), np.float32), zero, zero)
 
 
 def white_image() -> Image:
@@ -81,9 +81,9 @@ def white_image() -> Image:
 
 def measure(mode: Mode) -> Part:
     rows, figures = [], {}
-    for name, pair in pairs(mode.scaling_size).items():
+    for name, pair in pairs(mode.table_size).items():
         frames = {"with": KeptFrame(*pair.with_it), "without": KeptFrame(*pair.without)}
-        timings = interleaved(frames, 2 * mode.repeats)
+        timings = interleaved(frames, mode.repeats)
         times = [timings[label].best("trace", "read") for label in frames]
         sizes = [frame.bytes / 1024 for frame in frames.values()]
         rows.append((name, *times, f"{100 * (1 - times[1] / times[0]):.0f} %", *sizes, sizes[0] - sizes[1]))
@@ -91,8 +91,8 @@ def measure(mode: Mode) -> Part:
             "milliseconds": {label: timings[label].as_json() for label in frames},
             "KiB": dict(zip(frames, sizes, strict=True)),
         }
-    columns, lines = mode.scaling_size
+    columns, lines = mode.table_size
     title = f"Left out: milliseconds of trace and read-back at {columns} x {lines}, KiB of textures"
     head = ("", "with", "without", "saved", "KiB with", "without", "saved")
-    note = "What is with it lies out of view or changes nothing."
+    note = "What is there hides in the hole, or changes nothing."
     return Part([Table(title, head, rows, note)], figures)

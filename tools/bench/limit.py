@@ -107,7 +107,7 @@ def measure(mode: Mode) -> Part:
     timings = interleaved(jobs, mode.repeats)
     rates = {name: multiply_add_operations(int(name)) / timings[name].best("frame") / 1e6 for name in bare}
     peak = max(rates.values())
-    rows = [(f"multiply-add, {chains} chains", rate, rate / peak, None, None) for chains, rate in rates.items()]
+    rows = [(f"multiply-add, {chains} chains", rate, rate / peak, None, None, None) for chains, rate in rates.items()]
     figures: dict[str, object] = {"multiply-add, Gflop/s": rates}
     shares = {}
     pixels = mode.scaling_size[0] * mode.scaling_size[1]
@@ -116,11 +116,11 @@ def measure(mode: Mode) -> Part:
         trace = timings[label].best("trace")
         rate = pixels * steps * operations / trace / 1e6
         shares[label] = rate / peak
-        rows.append((label, rate, rate / peak, operations, 1e6 * trace / (pixels * steps)))
+        rows.append((label, rate, rate / peak, operations, steps, 1e6 * trace / (pixels * steps)))
         figures[label] = {"Gflop/s": rate, "share": rate / peak, "operations a step": operations, "steps a ray": steps}
     columns, lines = mode.scaling_size
     title = f"Against the limit: arithmetic; frames of the sky behind a hole, {columns} x {lines}"
-    table = Table(title, ("", "Gflop/s", "share", "operations a step", "ns a ray and step"), rows)
+    table = Table(title, ("", "Gflop/s", "share", "operations a step", "steps a ray", "ns a ray and step"), rows)
     target = Target("Limit: integration loop, share of the multiply-add rate", shares[ADAPTIVE], LEAST_SHARE, True)
     return Part([table], figures, [target])
 
@@ -131,7 +131,7 @@ CONSTANT_STEPS = 100
 
 def loop_settings(mode: Mode) -> dict[str, Settings]:
     """The loop as it runs, and two without step control, all of whose rays take the same number of steps."""
-    adaptive, _ = within_pixels(scenes.camera(mode.scaling_size), mode.rays, PIXELS)
+    adaptive, _ = within_pixels(mode.scaling_size, mode.rays, PIXELS)
     steady = replace(
         adaptive, step_control="constant", step=1e-3, max_steps=CONSTANT_STEPS, escape_radius=scenes.BOUNDS
     )

@@ -44,7 +44,9 @@ def matched(
     model: Model, mode: Mode, size: tuple[int, int], steps: int, segments: int, spheres: int
 ) -> dict[str, Chosen]:
     """unaccelerated, accelerated, fused : Chosen."""
-    rays = Rays(model, scenes.camera(size), mode.rays, LONGEST, NOISY if model.name == "refraction" else SMOOTH)
+    noisy = model.name == "refraction"
+    sampled, relative = (mode.noisy_rays, NOISY) if noisy else (mode.rays, SMOOTH)
+    rays = Rays(model, scenes.camera(size), sampled, LONGEST, relative)
     plain = settings.paper(steps, segments)
     bound = rays.error(plain)
 

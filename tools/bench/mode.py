@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Mode:
-    """repeats : timed runs of each frame, after one that is not timed;  rays : sampled to find an error
+    """repeats, slow_repeats : timed runs of a frame; the second where it takes seconds
+    rays, noisy_rays : sampled to find an error; the second where their truth takes long
     table_size, figure_size, scaling_size : columns, rows of the pictures of Table 1, Figure 5, and the triangles
     cycles_sizes : of the pictures beside Cycles; the targets are those of the first
     spheres, crossbar_spheres : how many, in Figure 5; the second where every sphere takes a quad for every segment
@@ -13,7 +14,9 @@ class Mode:
 
     name: str
     repeats: int
+    slow_repeats: int
     rays: int
+    noisy_rays: int
     table_size: tuple[int, int]
     figure_size: tuple[int, int]
     scaling_size: tuple[int, int]
@@ -26,7 +29,9 @@ class Mode:
 QUICK = Mode(
     name="quick",
     repeats=3,
-    rays=128,
+    slow_repeats=2,
+    rays=512,
+    noisy_rays=96,
     table_size=(200, 150),
     figure_size=(160, 120),
     scaling_size=(400, 300),
@@ -38,7 +43,9 @@ QUICK = Mode(
 FULL = Mode(
     name="full",
     repeats=5,
-    rays=512,
+    slow_repeats=2,
+    rays=1024,
+    noisy_rays=256,
     table_size=(800, 600),
     figure_size=(240, 180),
     scaling_size=(800, 600),

@@ -35,7 +35,7 @@ def table_1(axes, models: dict) -> None:
         axes.bar_label(bars, fmt="%.2g", fontsize=8)
     axes.set_xticks([x + 0.27 for x in range(len(models))], list(models))
     axes.set(yscale="log", ylabel="seconds", title="Table 1")
-    axes.legend()
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=3, frameon=False)
 
 
 def figure_5(axes, figures: dict) -> None:
@@ -68,7 +68,7 @@ def cycles(axes, figures: dict) -> None:
         axes.bar_label(bars, fmt="%.0f", fontsize=8)
     axes.set_xticks([x + 0.27 for x in range(len(warm))], list(warm))
     axes.set(xlabel="triangles", ylabel="milliseconds", title=f"Against Cycles, {size}")
-    axes.legend()
+    axes.legend(loc="upper left")
 
 
 PLOTS = {"table_1": table_1, "figure_5": figure_5, "scaling": scaling, "cycles": cycles}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from addon.core.scene import Camera
+from functools import cache
+
 from addon.core.settings import Settings
 
 from . import scenes, settings
@@ -18,7 +19,7 @@ TRUTH = 3000.0  # τ to which the truth is known: as far as rays go in the bound
 
 
 def measure(mode: Mode) -> Part:
-    chosen, error = within_pixels(scenes.camera(mode.scaling_size), mode.rays, PIXELS)
+    chosen, error = within_pixels(mode.scaling_size, mode.rays, PIXELS)
     counts = [4 * rings**2 for rings in mode.triangle_rings]
     frames, prepared = {}, {}
     for count, rings in zip(counts, mode.triangle_rings, strict=True):
@@ -47,8 +48,10 @@ def measure(mode: Mode) -> Part:
     return Part([Table(title, head, rows, note)], figures, targets)
 
 
-def within_pixels(camera: Camera, rays: int, pixels: float) -> tuple[Settings, float]:
-    """The fused pipeline's loosest settings for this camera of the hole, and their error, radians."""
+@cache
+def within_pixels(size: tuple[int, int], rays: int, pixels: float) -> tuple[Settings, float]:
+    """The fused pipeline's loosest settings for a picture of the hole, and their error, radians."""
+    camera = scenes.camera(size)
     bound = pixels * scenes.pixel_angle(camera)
     sample = Rays(scenes.HOLE, camera, rays, TRUTH)
     return sample.loosest(lambda value: settings.fused(value, bound, escape_radius=None), bound)

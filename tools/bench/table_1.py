@@ -32,7 +32,7 @@ def measure(mode: Mode) -> Part:
         for one in chosen.values():  # compiles
             render(small, one.settings)
         jobs = {label: frame_job(scene, one.settings) for label, one in chosen.items()}
-        timings = interleaved(jobs, mode.repeats, warm=False)
+        timings = interleaved(jobs, mode.slow_repeats, warm=False)
         plain, gained, fused = (1e-3 * timings[label].best("trace") for label in chosen)
         without, with_ = PAPER_SECONDS[name]
         rows.append((name, without, with_, without / with_, plain, gained, plain / gained, fused, plain / fused))
