@@ -225,9 +225,7 @@ def check_memory(columns: int, rows: int, settings: Settings, packed: Packed) ->
 def pack_for(scene: Scene, settings: Settings) -> Packed:
     """What the chosen pipeline reads of the scene."""
     fused = settings.pipeline == "fused"
-    return pack(
-        scene, groups=settings.cull_batches and not fused, tree=fused, mipmaps=fused and settings.filter_textures
-    )
+    return pack(scene, groups=settings.cull_batches and not fused, tree=fused, mipmaps=settings.filters_textures)
 
 
 def make_pipeline(request: Request, size: tuple[int, int], columns: int, rows: int, watch: Stopwatch):
@@ -441,11 +439,20 @@ def left_out(request: Request) -> tuple[str, ...]:
         "step control": request.settings.step_control == "constant",
         "observer": request.observer == "chart",
         "sky of the far side": request.far_sky is None,
+        "volume": not any(data.ndim == 4 for data in request.model.textures.values()),
+        "filtering of textures": not filters_textures(request),
+        "further samples at edges": not request.settings.refines_edges,
         "frequency shift": "frequency" not in request.outputs,
         "surface passes": "surface" not in request.outputs,
         "tally of steps and errors": not request.outputs & {"depth", "steps", "error", "drift"},
     }
     return tuple(name for name, is_absent in absent.items() if is_absent)
+
+
+def filters_textures(request: Request) -> bool:
+    far = request.far_sky is not None and request.far_sky.faces is not None
+    textures = far or request.cube is not None or "u_mip_table" in request.packed.arrays
+    return request.settings.filters_textures and "color" in request.outputs and textures
 
 
 def remaining(elapsed: float, fraction: float) -> str:
