@@ -149,11 +149,6 @@ class Settings:
         return self.pipeline == "fused" and self.filter_textures
 
     @property
-    def filters_textures(self) -> bool:
-        """Whether the pipeline filters sky and images, where there are any."""
-        return self.pipeline == "fused" and self.filter_textures
-
-    @property
     def refines_edges(self) -> bool:
         """Whether pixels at edges get more samples than the others."""
         return self.pipeline == "fused" and "Combined" in self.passes and self.edge_samples > self.samples

@@ -64,6 +64,7 @@ def test_choices_reach_the_settings(empty_file, properties):
     chosen.use_custom_step, chosen.step = True, 0.125
     chosen.use_custom_escape_radius, chosen.escape_radius = True, 40.0
     chosen.segments, chosen.steps_per_segment, chosen.max_steps, chosen.samples = 7, 3, 99, 4
+    chosen.edge_samples, chosen.filter_textures, empty_file.render.filter_size = 16, False, 2.5
     chosen.early_termination, chosen.failed_rays = "hits", "marker"
     chosen.batch_size, chosen.cull_batches, chosen.ray_bits = 5, False, "16"
     chosen.pass_object_index = chosen.pass_depth = True
@@ -75,6 +76,7 @@ def test_choices_reach_the_settings(empty_file, properties):
         40.0,
     )
     assert (settings.segments, settings.steps_per_segment, settings.max_steps, settings.samples) == (7, 3, 99, 4)
+    assert (settings.edge_samples, settings.filter_textures, settings.filter_width) == (16, False, 2.5)
     assert (settings.early_termination, settings.failed_rays) == ("hits", "marker")
     assert (settings.batch_size, settings.cull_batches, settings.ray_bits) == (5, False, 16)
     assert settings.passes == ("Combined", "Depth", "Object Index")

@@ -213,9 +213,8 @@ class PaperPipeline:
         textures = (*self.scene_textures.values(), *self.camera_textures.values())
         cubes = sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in self.sky_textures.values())
         volumes = sum(4 * data.size for data in self.request.model.textures.values())
-        return (
-            cubes + volumes + sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in textures)
-        )
+        tables = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in textures)
+        return cubes + volumes + tables
 
     def _make_targets(self) -> None:
         device, size = self.device, self.tile
