@@ -124,7 +124,8 @@ def test_coulomb_against_the_hyperbola(k):
 
 
 @pytest.mark.parametrize("k", [1.0, -1.0])
-def test_coulomb_turns_by_two_arctan(k):
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_coulomb_turns_by_two_arctan(k, pipeline):
     """theta = 2 arctan(k / b) between the asymptotes where v is 1 at infinity. These rays have |v| = 1 at 1e5 lengths,
     so that v_inf^2 = 1 - 2 k / 1e5 and b_inf = b / v_inf: corrections of 2e-5 of the angle, and both are made. What is
     left are the turns before the start, k b / (2 * 1e10), and after the end.
@@ -133,7 +134,7 @@ def test_coulomb_turns_by_two_arctan(k):
     b = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 30.0])
     positions = np.stack([np.full(6, -far), b, np.zeros(6)], axis=1)
     directions = np.tile((1.0, 0.0, 0.0), (6, 1))
-    settings = replace(HIGH, escape_radius=1.1 * far)
+    settings = replace(HIGH, pipeline=pipeline, escape_radius=1.1 * far)
     ends = trace_rays(potential(xi="coulomb", k=k), positions, directions, settings)
     turned = -np.arctan2(ends.direction[:, 1].astype(float), ends.direction[:, 0].astype(float))
     speed_squared = 1.0 - 2.0 * k / far

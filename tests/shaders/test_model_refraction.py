@@ -207,13 +207,14 @@ def test_the_same_places_are_dark(glsl, values, feature):
 # Rays in closed form
 
 
-def test_linear_squares_give_parabolas():
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_linear_squares_give_parabolas(pipeline):
     """x = x0 + v0 tau + g/4 tau^2. Rounding adds at most 2 EPS |x| a step; the method is exact on a parabola."""
     model = REFRACTION(medium="linear", index=1.2, gradient=0.3)
     generator = np.random.default_rng(1)
     directions = generator.normal(size=(60, 3))
     x, d, x0, d0 = exact_rays(generator.uniform(-1, 1, (60, 3)), directions)
-    ends = trace_rays(model, x, d, replace(PRECISE, escape_radius=8.0))
+    ends = trace_rays(model, x, d, replace(PRECISE, pipeline=pipeline, escape_radius=8.0))
     assert (ends.status == Status.ESCAPED).all()
     s0, tau = model.initial_states(x0, d0), ends.parameter[:, None].astype(float)
     pull = np.array([0.0, 0.0, 0.15])
@@ -224,11 +225,12 @@ def test_linear_squares_give_parabolas():
     report("drift", ends.invariant_drift, TOLERANCE + rounding)
 
 
-def test_luneburg_focuses_a_beam_on_the_rim():
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_luneburg_focuses_a_beam_on_the_rim(pipeline):
     """The rays end a step outside the rim, where they are straight: how far do they pass (R, 0, 0)?"""
     model = REFRACTION(medium="luneburg", radius=2.0)
     x, d, _, _ = beam(np.linspace(0.0, 1.99, 60), far=5.0)
-    ends = trace_rays(model, x, d, PRECISE)
+    ends = trace_rays(model, x, d, replace(PRECISE, pipeline=pipeline))
     assert (ends.status == Status.ESCAPED).all()
     gap = np.array([2.0, 0.0, 0.0]) - ends.position
     missed = gap - np.sum(gap * ends.direction, axis=1)[:, None] * ends.direction
@@ -277,12 +279,13 @@ def test_fisheye_images_a_point_on_the_other_side():
     report("missed the image by", missed, 2 * EPS * 2 * 400)
 
 
-def test_mirage_in_closed_form():
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_mirage_in_closed_form(pipeline):
     """z(tau) = (2/c) ln[sqrt(|B|/K) cosh((c sqrt K / 2)(tau - tau_t))], K = A - v_x^2; all these rays turn."""
     model = REFRACTION(medium="mirage")
     dip = np.linspace(0.005, 0.031, 60)
     x, d, x0, d0 = exact_rays(np.tile([0.0, 0.0, 1.5], (60, 1)), np.stack([np.cos(dip), 0 * dip, -np.sin(dip)], axis=1))
-    ends = trace_rays(model, x, d, PRECISE)
+    ends = trace_rays(model, x, d, replace(PRECISE, pipeline=pipeline))
     assert (ends.status == Status.ESCAPED).all()
     s0, tau = model.initial_states(x0, d0), ends.parameter.astype(float)
     a, b, c = model.mirage_a, model.mirage_b, model.mirage_c
@@ -309,16 +312,17 @@ def test_mirage_in_closed_form():
     ],
     ids=lambda value: value["medium"] if isinstance(value, dict) else "",
 )
-def test_bouguer(values, feature):
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_bouguer(values, feature, pipeline):
     """|x cross v| = n r sin(psi) at both ends; for the explosion, whose shader does not know that it is a ball, too.
 
     The estimate of a step's error misses some of it where a front's pieces meet: the thinner, the more steps there.
     """
     model = REFRACTION(**values)
     x, d, x0, d0 = beam(np.linspace(0.55, 0.95, 40))
-    # The fisheye's rays are closed: 20 segments are about one turn.
-    fisheye = {"segments": 20, "escape_radius": 100.0}
-    settings = replace(PRECISE, **(fisheye if model.medium == "fisheye" else {"escape_radius": 4.0}))
+    # The fisheye's rays are closed: 20 segments of 10 steps are about one turn.
+    fisheye = {"segments": 20, "max_steps": 200, "escape_radius": 100.0}
+    settings = replace(PRECISE, pipeline=pipeline, **(fisheye if model.medium == "fisheye" else {"escape_radius": 4.0}))
     ends = trace_rays(model, x, d, settings)
     assert (ends.status == (Status.STEP_LIMIT if model.medium == "fisheye" else Status.ESCAPED)).all()
     position = ends.position.astype(float)
@@ -331,7 +335,8 @@ def test_bouguer(values, feature):
 
 
 @pytest.mark.parametrize("impact", [6.0, 10.0, 100.0])
-def test_isotropic_medium_deflects_as_schwarzschild(impact):
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_isotropic_medium_deflects_as_schwarzschild(impact, pipeline):
     """b = n rho sin(psi) is Schwarzschild's impact parameter. What bends before rho = 1e4 M and after 2e4 M is below
     2 M b / rho^2 = 2e-6 for b = 100 M.
     """
@@ -339,7 +344,7 @@ def test_isotropic_medium_deflects_as_schwarzschild(impact):
     far = 1e4
     n = (1 + 0.5 / far) ** 3 / (1 - 0.5 / far)
     x, d, _, _ = exact_rays([[-far, impact / n, 0.0]], [[1.0, 0.0, 0.0]])
-    ends = trace_rays(model, x, d, replace(PRECISE, escape_radius=2 * far))
+    ends = trace_rays(model, x, d, replace(PRECISE, pipeline=pipeline, escape_radius=2 * far))
     assert ends.status[0] == Status.ESCAPED
     found = math.atan2(-ends.direction[0, 1], ends.direction[0, 0]) % (2 * math.pi)
     print(f"\nb = {impact} M: {found:.7f} rad, {ends.steps[0]} steps")

@@ -58,26 +58,30 @@ def test_shadow_angle_of_schwarzschild(observer, r):
     assert error <= bound
 
 
-def test_capture_boundary_of_schwarzschild():
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
+def test_capture_boundary_of_schwarzschild(pipeline):
     """3 sqrt 3 M from 1000 M away, where the chart's b is (1 + 27 M / b_c^2 2 M^3 / r^3)^(1/2) the true one: 5e-8."""
 
     def inside(b):
         start = np.stack([np.full_like(b, -1000.0), b, 0 * b], axis=1)
-        ends = trace_rays(HOLE, start, np.tile([1.0, 0, 0], (len(b), 1)), replace(FINE, escape_radius=1100.0))
+        settings = replace(FINE, pipeline=pipeline, escape_radius=1100.0)
+        ends = trace_rays(HOLE, start, np.tile([1.0, 0, 0], (len(b), 1)), settings)
         return ends.status == Status.ABSORBED
 
     error = abs(edge(inside, 4.0, 6.0, rounds=3) - truth.CRITICAL)
-    print(f"b_c off by {error:.1e} M, bound 1e-4")
+    print(f"{pipeline}: b_c off by {error:.1e} M, bound 1e-4")
     assert error <= 1e-4
 
 
+@pytest.mark.parametrize("pipeline", ["paper", "fused"])
 @pytest.mark.parametrize("name", ["schwarzschild", "kerr"])
-def test_deflection_from_near_to_far(name):
+def test_deflection_from_near_to_far(name, pipeline):
     """b from 5.2 M to 1000 M against Darwin, 100 eps times the condition number."""
     b = np.concatenate([[5.2], np.geomspace(5.25, 1000, 30)])
     start = np.stack([np.full_like(b, -1e5), b, 0 * b], axis=1)
     model = MODELS[name]() if name == "schwarzschild" else MODELS[name](spin=0.0)
-    ends = trace_rays(model, start, np.tile([1.0, 0, 0], (len(b), 1)), replace(FINE, escape_radius=1e5))
+    settings = replace(FINE, pipeline=pipeline, escape_radius=1e5)
+    ends = trace_rays(model, start, np.tile([1.0, 0, 0], (len(b), 1)), settings)
     assert (ends.status == Status.ESCAPED).all()
     expected = np.array([truth.darwin(value) for value in b])
     slope = np.array([(truth.darwin(x * (1 + 1e-6)) - truth.darwin(x * (1 - 1e-6))) / 2e-6 for x in b])
@@ -85,7 +89,9 @@ def test_deflection_from_near_to_far(name):
     error = np.abs(np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi)
     bound = 100 * EPS * (1 + np.abs(slope))
     outer = error[b > 5.5].max()
-    print(f"{name}: largest {error.max():.1e} rad at b = {b[error.argmax()]:.2f} M; for b > 5.5 M {outer:.1e}")
+    print(
+        f"{name}, {pipeline}: largest {error.max():.1e} rad at b = {b[error.argmax()]:.2f} M; for b > 5.5 M {outer:.1e}"
+    )
     assert (error <= bound).all()
     assert outer <= 1e-5
 
