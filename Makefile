@@ -15,7 +15,7 @@ NEWEST = $(shell $(PYTHON) tools/environments.py)
 quoted = '$(subst ','\'',$(1))'
 
 .DEFAULT_GOAL := help
-.PHONY: help python setup ready render test bench lint format package clean distclean
+.PHONY: help python setup ready render test bench report compare lint format package clean distclean
 
 help: ## list the commands
 	@grep -E '^[a-z]+:.* ## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z]+):.* ## /\1|/' | \
@@ -38,6 +38,12 @@ test: ready ## run all tests; PYTEST_ARGS="-k name" chooses
 
 bench: ready ## measure how fast it is, into out/bench.json and out/bench; QUICK=1 takes three minutes
 	@$(NEWEST) -m tools.bench $(if $(QUICK),--quick)
+
+report: ready ## measure how right and how stable it is, into out/report; QUICK=1 takes three minutes
+	@$(NEWEST) tools/report.py $(if $(QUICK),--quick)
+
+compare: ready ## what is worse in out/report than in BASE=old/summary.json
+	@$(NEWEST) tools/report.py --base $(call quoted,$(BASE))
 
 lint: ready ## check the Python code's style
 	@$(NEWEST) -m ruff check .

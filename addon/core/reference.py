@@ -19,14 +19,10 @@ from .status import Status
 TOLERANCE, LOOSER = 1e-12, 1e-10  # of a step, as a part of |x| and of |v|
 CONVERGED = 1e-7  # radians that the two runs may differ by; the tighter one is then right to some 1e-9
 FAR_OUT = 1000.0  # flat radii: where what is left of a 1/r² field turns a ray by less than the tolerance
-MOST_STEPS = 20_000
+MOST_STEPS = 5_000
 SMALLEST_STEP = 1e-14  # of |x| / |dx/dτ|: below it x no longer changes
 RAYS_AT_ONCE = 512  # so that the stages stay in the processor's cache
 SAFETY, LARGEST_CUT, LARGEST_GROWTH = 0.9, 0.2, 8.0
-
-
-class Cancelled(Exception):
-    """The caller's progress() asked to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,24 +59,25 @@ def true_ends(
     *,
     radius: float | None = None,
     parameters: np.ndarray | None = None,
-    progress: Callable[[float], bool | None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> Truth:
     """positions, unit directions in the chart : (n, 3), model space.
 
-    radius     : where rays escape, model lengths; None: far out, where the model's rays are straight
-    parameters : (n,), τ: stop there, however far out
-    progress   : called with the fraction done; stops with Cancelled where it returns True
+    radius     : where rays escape, model lengths; None: far out, where the model's rays are straight, or where the
+                 shaders end them if they never are
+    parameters : (n,), τ: stop there, if not ended before
+    progress   : called with the fraction done; what it raises ends the work
     """
     positions, directions = (np.asarray(rays, np.float64) for rays in (positions, directions))
     states = model.initial_states(positions, directions)
     stops = np.full(len(states), np.inf) if parameters is None else np.asarray(parameters, np.float64)
     if radius is None:
         reach = np.linalg.norm(positions, axis=1).max(initial=1.0)
-        radius = max(FAR_OUT * model.flat_radius(), 10.0 * reach) if model.straight_far_out() else np.inf
+        far_out = max(FAR_OUT * model.flat_radius(), 10.0 * reach)
+        radius = far_out if model.straight_far_out() else model.escape_radius(reach)
     parts = []
     for first in range(0, len(states), RAYS_AT_ONCE):
-        if progress(first / len(states)):
-            raise Cancelled
+        progress(first / len(states))
         rows = slice(first, first + RAYS_AT_ONCE)
         parts.append(_checked(model, states[rows], stops[rows], radius))
     if not parts:

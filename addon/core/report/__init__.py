@@ -1,0 +1,1 @@
+"""Error against run time, and what happens at the edge: make_report.write() measures and writes everything."""

@@ -1,0 +1,161 @@
+"""What each thing that is left out or accelerated saves, and what it does to the picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..models import MODELS
+from ..reference import true_ends
+from ..scene import Camera, Environment, Material, Scene, Spheres, Triangles
+from ..settings import PASSES, Settings
+from ..trace import render
+from .cases import Case, built_in, look_at_centre
+from .work_precision import Effort, Progress, precision, work
+
+FUSED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
+PAPER = Settings(pipeline="paper", integrator="euler", step_control="doubling", tolerance=1e-3)
+EVERY_PASS = tuple(name for name in PASSES if name != "Error")
+
+
+def alternatives() -> list[tuple[str, Settings, str, Settings]]:
+    """(what it is, with it, how it is without it, without it)."""
+    return [
+        ("paper: early termination", PAPER, "off", replace(PAPER, early_termination="off")),
+        ("paper: rays that hit end early", PAPER, "only rays that left do", replace(PAPER, early_termination="bounds")),
+        ("paper: objects in batches", PAPER, "one a draw, as in the paper", replace(PAPER, batch_size=1)),
+        ("paper: batches are culled", PAPER, "off", replace(PAPER, cull_batches=False)),
+        ("fused: only Combined is asked for", FUSED, "all passes", replace(FUSED, passes=EVERY_PASS)),
+        (
+            "fused: steps from an error estimate",
+            FUSED,
+            "step doubling",
+            replace(FUSED, step_control="doubling"),
+        ),
+        ("one program (fused)", FUSED, "pass by pass (paper)", replace(FUSED, pipeline="paper")),
+    ]
+
+
+def run(effort: Effort, progress: Progress) -> list[dict]:
+    """A record for each thing: milliseconds with and without it, and how far the pictures differ."""
+    scene = busy_scene(4 * effort.picture)
+    rows = []
+    for index, (name, settings, other_name, other) in enumerate(choices := alternatives()):
+        progress(index / len(choices), f"Left out and accelerated: {name}")
+        with_it, without = (_time(scene, chosen, effort) for chosen in (settings, other))
+        difference = _difference(scene, settings, other)
+        rows.append(
+            {
+                "model": scene.model.name,
+                "what": name,
+                "without": other_name,
+                "with_ms": with_it,
+                "without_ms": without,
+                "saves_percent": 100.0 * (1.0 - with_it / without),
+                "difference_max": float(difference.max()),
+                "pixels_that_differ_percent": 100.0 * float((difference > 1e-3).mean()),
+            }
+        )
+    rows.append(_geometry_left_out(scene, effort))
+    rows.append(_integration_left_out(scene, effort))
+    return rows
+
+
+def half_floats(effort: Effort, case: Case | None = None) -> list[dict]:
+    """The paper's Section 4.3: rays in textures of 16 bit beside 32, everything else the same."""
+    case = case or next(case for case in built_in() if case.name == "schwarzschild")
+    positions, directions = case.rays(effort.side)
+    truth = true_ends(case.model, positions, directions)
+    rows = []
+    for bits in (32, 16):
+        settings = replace(PAPER, ray_bits=bits, segments=2000)
+        row = {"model": case.name, "case": case.title, "ray_bits": bits}
+        row |= precision(case, settings, positions, directions, truth)
+        row |= work(case.small(effort.picture, effort.picture), settings, effort)
+        rows.append(row)
+    return rows
+
+
+def busy_scene(columns: int) -> Scene:
+    """A torus of 512 triangles and four spheres around a hole, before a sky of one colour; columns x 3/4 columns."""
+    window = (-0.45, 0.45, -0.3375, 0.3375)
+    camera = Camera(look_at_centre((0.0, -24.0, 4.5)), window, columns, 3 * columns // 4)
+    materials = tuple(Material(emission=color) for color in ((1.0, 0.5, 0.1), (0.2, 0.4, 1.0)))
+    return Scene(
+        camera,
+        MODELS["schwarzschild"](),
+        triangles=torus(8.0, 1.0, 32, 8),
+        spheres=_balls(),
+        materials=materials,
+        environment=Environment(color=(0.05, 0.05, 0.1)),
+    )
+
+
+def torus(radius: float, thickness: float, around: int, across: int) -> Triangles:
+    """In the XY plane; 2 · around · across triangles."""
+    u, v = np.meshgrid(np.arange(around + 1) / around, np.arange(across + 1) / across, indexing="ij")
+    u, v = 2.0 * np.pi * u, 2.0 * np.pi * v
+    normal = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1)
+    points = radius * np.stack([np.cos(u), np.sin(u), 0.0 * u], axis=-1) + thickness * normal
+
+    def corners(grid: np.ndarray) -> np.ndarray:
+        a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+        return np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2).reshape(-1, 3, 3)
+
+    positions = corners(points)
+    n = len(positions)
+    return Triangles(
+        positions,
+        corners(normal).astype(np.float32),
+        np.zeros((n, 3, 2), np.float32),
+        np.zeros(n, np.int32),
+        np.ones(n, np.int32),
+    )
+
+
+def _balls() -> Spheres:
+    centres = np.array([[0.0, 5.0, 3.0], [5.0, -3.0, 2.0], [-5.0, -3.0, 2.0], [0.0, 0.0, -5.0]])
+    n = len(centres)
+    ones = np.ones(n, np.int32)
+    return Spheres(centres, np.full(n, 0.8), np.tile(np.eye(3), (n, 1, 1)), ones, 2 * ones)
+
+
+def _time(scene: Scene, settings: Settings, effort: Effort) -> float:
+    """Milliseconds of tracing, the least of several."""
+    render(scene, settings)
+    times = [render(scene, settings).statistics.milliseconds["trace"] for _ in range(effort.repeats)]
+    return min(times)
+
+
+def _difference(scene: Scene, settings: Settings, other: Settings) -> np.ndarray:
+    """(rows, columns): the largest difference of a channel of the two pictures."""
+    pictures = [render(scene, chosen).passes["Combined"] for chosen in (settings, other)]
+    return np.abs(pictures[0] - pictures[1]).max(axis=2)
+
+
+def _geometry_left_out(scene: Scene, effort: Effort) -> dict:
+    """Nothing in it to meet: the program has no intersection."""
+    empty = replace(scene, triangles=Triangles.empty(), spheres=Spheres.empty())
+    return _left_out("objects, where there are none", empty, scene, effort)
+
+
+def _integration_left_out(scene: Scene, effort: Effort) -> dict:
+    """The straight law against a hole with hardly a mass, which is integrated and bends nothing."""
+    straight = replace(scene, model=MODELS["straight"]())
+    weightless = replace(scene, model=MODELS["schwarzschild"](mass=1e-6))
+    return _left_out("integration, where rays are straight", straight, weightless, effort)
+
+
+def _left_out(what: str, lean: Scene, full: Scene, effort: Effort) -> dict:
+    with_it, without = _time(lean, FUSED, effort), _time(full, FUSED, effort)
+    return {
+        "model": lean.model.name,
+        "what": f"fused: left out: {what}",
+        "without": "kept",
+        "with_ms": with_it,
+        "without_ms": without,
+        "saves_percent": 100.0 * (1.0 - with_it / without),
+        "difference_max": float("nan"),  # another scene
+        "pixels_that_differ_percent": float("nan"),
+    }

@@ -1,0 +1,314 @@
+"""The report: measures everything and writes index.html, report.json, CSV tables, diagrams and a summary to compare."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import json
+import math
+import os
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .. import device as gpu
+from ..scene import Scene
+from ..settings import Settings
+from . import ablation, error_map, png
+from .cases import QUICK as LEFT_OUT_IF_QUICK
+from .cases import Case, built_in, of_scene
+from .compare import summarise
+from .methods import LABELS, Method
+from .page import Page
+from .plots import Curve, Diagram
+from .work_precision import FULL, GOALS, QUICK, Effort, Progress, run_case, sentence
+
+MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
+MAP_SIDE = {True: 48, False: 96}  # quick or not: pixels of the error map
+DrawPng = Callable[[Diagram, Path], None]
+
+
+@dataclass
+class Report:
+    """Records by list: each has its `model`."""
+
+    environment: dict[str, str]
+    work_precision: list[dict] = field(default_factory=list)
+    stability: list[dict] = field(default_factory=list)
+    error_maps: list[dict] = field(default_factory=list)
+    ablation: list[dict] = field(default_factory=list)
+    half_floats: list[dict] = field(default_factory=list)
+
+    def lists(self) -> dict[str, list[dict]]:
+        return {name: value for name, value in vars(self).items() if isinstance(value, list)}
+
+
+def write(
+    folder: str | os.PathLike,
+    *,
+    quick: bool = False,
+    scene: Scene | None = None,
+    settings: Settings | None = None,
+    versions: Mapping[str, str] | None = None,
+    command: str = "make report",
+    progress: Progress = lambda fraction, text: None,
+    draw_png: DrawPng | None = None,
+) -> Path:
+    """Measure and write; the path of index.html. What progress() raises ends the work before anything is written.
+
+    scene, settings : the user's; None for all built-in models
+    versions : name -> version, of what the caller runs in;  command : what repeats the report
+    draw_png : draws a diagram into a file, where there is something that can
+    """
+    folder = Path(folder)
+    effort = QUICK if quick else FULL
+    cases = (
+        [of_scene(scene)] if scene else [case for case in built_in() if not (quick and case.title in LEFT_OUT_IF_QUICK)]
+    )
+    report = Report(_environment(versions or {}, command, effort))
+    page = Page("Nonlinear Rays: error, time and stability")
+    page.text(*(f"{name}: {value}" for name, value in report.environment.items()))
+    diagrams = _work_precision(report, page, cases, effort, _part(progress, 0.0, 0.6))
+    _error_maps(report, page, cases, quick, settings, _part(progress, 0.6, 0.7))
+    if scene is None:
+        _ablation(report, page, effort, _part(progress, 0.7, 0.8))
+        _stability(report, page, quick, _part(progress, 0.8, 1.0))
+    progress(1.0, "Writing")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, diagram in diagrams.items():
+        (folder / f"{name}.svg").write_text(diagram.as_svg(), encoding="utf-8")
+        if draw_png:
+            draw_png(diagram, folder / f"{name}.png")
+    for name, rows in report.lists().items():
+        _write_csv(folder / f"{name}.csv", rows)
+    content = {"environment": report.environment} | report.lists()
+    _write_json(folder / "report.json", content)
+    _write_json(folder / "summary.json", summarise(content))
+    index = folder / "index.html"
+    index.write_text(page.html(), encoding="utf-8")
+    return index
+
+
+# The parts of the page
+
+
+def _work_precision(
+    report: Report, page: Page, cases: Sequence[Case], effort: Effort, progress: Progress
+) -> dict[str, Diagram]:
+    page.section("Work and precision")
+    page.text(
+        f"{effort.side**2} rays of each picture, one at random in each of as many equal parts, are held against DOP853 "
+        "in float64 (tolerance 1e-12, and again with 1e-10: a ray on which the two differ by more than 1e-7 rad counts "
+        "as unresolved and is left out). The error is the angle between the directions in which rays leave, in pixels "
+        f"(the first picture's are {1e3 * cases[0].pixel:.3g} mrad). The time is that of tracing {effort.picture}² "
+        "pixels: the least of up to "
+        f"{effort.repeats} runs after a warm-up.",
+        "Grey: the Pareto front. A ring marks the paper's default: Euler, n_integration 10, step doubling.",
+        "The curves fall with the order of the method until they meet the floor that float32 puts under all of them.",
+    )
+    diagrams = {}
+    for index, case in enumerate(cases):
+        rows = run_case(case, effort, _part(progress, index / len(cases), (index + 1) / len(cases)))
+        report.work_precision += rows
+        diagram = work_precision_diagram(case.title, rows)
+        diagrams[f"work_precision_{_file_name(case.title)}"] = diagram
+        page.heading(case.title)
+        page.text(*(sentence(rows, goal) for goal in GOALS), advice=True)
+        page.text(f"{rows[0]['unresolved']} of {rows[0]['rays']} rays have no converged reference.")
+        page.raw(diagram.as_svg())
+        page.table(rows, WORK_COLUMNS, folded=f"All {len(rows)} settings")
+    return diagrams
+
+
+def work_precision_diagram(title: str, rows: Sequence[dict]) -> Diagram:
+    methods = dict.fromkeys(Method(row["pipeline"], row["integrator"], row["step_control"]) for row in rows)
+    curves = []
+    for method in methods:
+        own = [
+            (row["error_p99_px_outside_band"], row["ns_per_ray"])
+            for row in rows
+            if not row["papers_default"]
+            and (row["pipeline"], row["integrator"], row["step_control"])
+            == (method.pipeline, method.integrator, method.step_control)
+        ]
+        curves.append(
+            Curve(
+                method.label,
+                own,
+                color=list(LABELS).index(method.integrator),
+                dash=("constant", "doubling", "embedded").index(method.step_control),
+                hollow=method.pipeline == "paper",
+            )
+        )
+    front = sorted((row["error_p99_px_outside_band"], row["ns_per_ray"]) for row in rows if row["front"])
+    marks = [
+        (row["error_p99_px_outside_band"], row["ns_per_ray"], "the paper's default")
+        for row in rows
+        if row["papers_default"]
+    ]
+    return Diagram(
+        title,
+        "99th percentile of the error, pixels",
+        "time, nanoseconds a ray",
+        curves,
+        [(x, y) for x, y in front if 0 < x < math.inf and 0 < y < math.inf],
+        marks,
+        [(goal, f"{goal:g} pixel") for goal in GOALS],
+    )
+
+
+def _error_maps(
+    report: Report, page: Page, cases: Sequence[Case], quick: bool, settings: Settings | None, progress: Progress
+) -> None:
+    page.section("Where the error is")
+    chosen = settings if settings and settings.step_control != "constant" else MAPPED
+    case = next((case for case in cases if case.name == "schwarzschild"), cases[0])
+    if not case.model.curved:
+        page.text("Rays are straight: there is nothing to integrate.")
+        return
+    side = MAP_SIDE[quick]
+    found = error_map.measure(case, chosen, side, side, lambda part: progress(part, f"{case.title}: the error map"))
+    report.error_maps.append(found.figures)
+    times = 480 // side
+    pictures = [png.as_data(png.encoded(error_map.enlarged(p, times))) for p in (found.true, found.estimated)]
+    page.pictures(
+        pictures,
+        f"{case.title}, {chosen.integrator}, {chosen.step_control}, tolerance {chosen.tolerance:g}. Left: the true "
+        "error; right: the integrator's own estimate (the Error pass). Black: absorbed; grey: no converged reference; "
+        "cyan: ends elsewhere than the truth.",
+    )
+    page.pictures(
+        [png.as_data(png.encoded(error_map.legend(480, 14)))],
+        f"From 10^{error_map.LOW:g} to 10^{error_map.HIGH:g} pixels.",
+    )
+    page.table([found.figures], {key: key.replace("_", " ") for key in found.figures if key != "model"})
+
+
+def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) -> None:
+    report.ablation = ablation.run(effort, _part(progress, 0.0, 0.8))
+    page.section("Left out and accelerated")
+    page.text(
+        "With each thing and without it, in milliseconds of tracing, and how far the pictures differ (NaN where the "
+        "scene has to be another one)."
+    )
+    page.table(report.ablation, ABLATION_COLUMNS)
+    progress(0.8, "16-bit rays")
+    report.half_floats = ablation.half_floats(effort)
+    page.section("Rays in 16 bit")
+    page.text(
+        "The paper's finding: half floats are too coarse for the positions and directions of rays. The same settings, "
+        "rays in textures of 32 and of 16 bit."
+    )
+    page.table(report.half_floats, HALF_COLUMNS)
+
+
+def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> None:
+    """Where the module of the extreme cases is there."""
+    if importlib.util.find_spec(f"{__package__}.stability") is None:
+        return
+    stability = importlib.import_module(f"{__package__}.stability")
+    report.stability = stability.run(quick, progress)
+    page.section("Stability")
+    keys = dict.fromkeys(key for row in report.stability for key in row)
+    page.table(report.stability, {key: key.replace("_", " ") for key in keys})
+
+
+ERROR_COLUMNS = {
+    "error_max_px": "max, px",
+    "error_rms_px": "RMS, px",
+    "error_median_px": "median, px",
+    "error_p99_px": "99 %, px",
+    "error_p99_px_outside_band": "99 %, px, without band",
+    "misclassified_percent": "ends elsewhere, %",
+    "failed_percent": "failed, %",
+    "drift_max": "drift",
+    "steps_mean": "steps",
+    "steps_max": "most steps",
+}
+WORK_COLUMNS = {
+    "pipeline": "pipeline",
+    "integrator": "integrator",
+    "step_control": "control",
+    "value": "step or tolerance",
+    **ERROR_COLUMNS,
+    "estimate_exceeded_percent": "truth > estimate, %",
+    "time_min_ms": "ms",
+    "time_median_ms": "median ms",
+    "ns_per_ray": "ns a ray",
+    "ns_per_ray_step": "ns a ray and step",
+    "front": "front",
+    "papers_default": "paper's default",
+}
+ABLATION_COLUMNS = {
+    "what": "with",
+    "without": "without",
+    "with_ms": "ms with",
+    "without_ms": "ms without",
+    "saves_percent": "saves, %",
+    "difference_max": "largest difference",
+    "pixels_that_differ_percent": "pixels that differ, %",
+}
+HALF_COLUMNS = {"ray_bits": "bits", **ERROR_COLUMNS, "time_min_ms": "ms"}
+
+
+# Files
+
+
+def _environment(versions: Mapping[str, str], command: str, effort: Effort) -> dict[str, str]:
+    renderer, driver, moderngl = gpu.run(
+        lambda device: (device.ctx.info["GL_RENDERER"], device.ctx.info["GL_VERSION"], _version_of("moderngl"))
+    )
+    return {
+        "Renderer": renderer,
+        "Driver": driver,
+        "Processor": f"{platform.machine()}, {os.cpu_count()} cores",
+        "Python": platform.python_version(),
+        "numpy": np.__version__,
+        "moderngl": moderngl,
+        **versions,
+        "Picture": f"{effort.picture} x {effort.picture} pixels timed, {effort.side**2} rays against the reference",
+        "Command": command,
+    }
+
+
+def _version_of(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _write_csv(path: Path, rows: Sequence[dict]) -> None:
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, keys)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _write_json(path: Path, content: object) -> None:
+    """NaN becomes null: JSON has no other word for it."""
+    path.write_text(json.dumps(_without_nan(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _without_nan(content: object) -> object:
+    if isinstance(content, dict):
+        return {key: _without_nan(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_without_nan(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
+
+
+def _file_name(title: str) -> str:
+    return "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in title.lower()).strip("_")
+
+
+def _part(progress: Progress, begin: float, end: float) -> Progress:
+    return lambda fraction, text: progress(begin + (end - begin) * fraction, text)

@@ -1,0 +1,85 @@
+"""Every integrator and step control that the product offers, with the steps or tolerances that the report tries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ..models import Model
+from ..settings import INTEGRATORS, PIPELINES, STEP_CONTROLS, WITH_ERROR_ESTIMATE, Settings
+
+FACTORS = {  # constant steps, in units of the model's default step, which suits Euler's method
+    "euler": (8.0, 4.0, 2.0, 1.0, 0.5, 0.25),
+    "verlet": (16.0, 8.0, 4.0, 2.0, 1.0, 0.5),
+    "runge_kutta_4": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
+    "bogacki_shampine_32": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
+    "dormand_prince_54": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
+}
+TOLERANCES = {  # radians, of a segment or of the ray
+    "doubling": (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
+    "embedded": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+}
+EULERS_TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4)  # its steps grow as fast in number as these fall
+SEGMENTS = 20_000  # so that the number of steps alone limits a ray
+LABELS = {
+    "euler": "Euler",
+    "verlet": "Verlet",
+    "runge_kutta_4": "RK4",
+    "bogacki_shampine_32": "Bogacki–Shampine 3(2)",
+    "dormand_prince_54": "Dormand–Prince 5(4)",
+}
+
+
+@dataclass(frozen=True)
+class Method:
+    """A curve of the diagram."""
+
+    pipeline: str
+    integrator: str
+    step_control: str
+
+    @property
+    def label(self) -> str:
+        return f"{LABELS[self.integrator]}, {self.step_control}, {self.pipeline}"
+
+    def settings(self, model: Model, most_steps: int) -> Iterator[tuple[float, Settings]]:
+        """(the step in model lengths, or the tolerance in radians; the settings), from coarse to fine."""
+        chosen = {"pipeline": self.pipeline, "integrator": self.integrator, "step_control": self.step_control}
+        chosen |= {"segments": SEGMENTS, "max_steps": most_steps}
+        if self.step_control == "constant":
+            for factor in FACTORS[self.integrator]:
+                step = factor * model.default_step()
+                yield step, Settings(step=step, **chosen)
+        else:
+            eulers = self.integrator == "euler"
+            for tolerance in EULERS_TOLERANCES if eulers else TOLERANCES[self.step_control]:
+                yield tolerance, Settings(tolerance=tolerance, **chosen)
+
+
+METHODS = tuple(
+    Method(pipeline, integrator, control)
+    for pipeline in PIPELINES
+    for integrator in INTEGRATORS
+    for control in STEP_CONTROLS
+    if control != "embedded" or integrator in WITH_ERROR_ESTIMATE
+)
+
+
+def papers_default(most_steps: int) -> Settings:
+    """Section 4.2 with n_integration = 10, and the tolerance that the product gives it."""
+    return Settings(
+        pipeline="paper",
+        integrator="euler",
+        step_control="doubling",
+        tolerance=1e-3,
+        steps_per_segment=10,
+        segments=SEGMENTS,
+        max_steps=most_steps,
+    )
+
+
+def too_many_steps(model: Model, settings: Settings) -> bool:
+    """Whether constant steps from one side of the bent region to the other are more than a ray may take."""
+    if settings.step_control != "constant" or not model.curved:
+        return False
+    return 2.0 * model.escape_radius(0.0) / settings.step > 2.0 * settings.max_steps

@@ -1,0 +1,203 @@
+"""Work and precision: what every method costs and how right it is, for every law of light."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..reference import Truth, true_ends
+from ..scene import Scene
+from ..settings import Settings
+from ..trace import render, trace_rays
+from . import errors
+from .cases import Case
+from .methods import METHODS, Method, papers_default, too_many_steps
+
+Progress = Callable[[float, str], None]
+GOALS = (1.0, 0.1)  # pixels, of the 99th percentile
+FAILED = 50.0  # percent of the rays, from which on a setting has failed and is not timed
+MISCLASSIFIED = 0.5  # percent of the rays that a recommended setting may end elsewhere
+
+
+@dataclass(frozen=True)
+class Effort:
+    """side : side² rays against the reference;  picture : picture² pixels for the time;  repeats : after a warm-up;
+    patience : seconds after which a setting is not repeated any more;  most_steps : that a ray may take
+    """
+
+    side: int
+    picture: int
+    repeats: int
+    patience: float
+    most_steps: int
+
+
+QUICK = Effort(16, 32, 3, 0.02, 3000)
+FULL = Effort(24, 64, 5, 0.3, 20_000)
+
+
+def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]:
+    """A record for every case, method and setting. What progress() raises ends the work."""
+    cases = list(cases)
+    rows = []
+    for index, case in enumerate(cases):
+
+        def told(fraction: float, text: str, begin: int = index) -> None:
+            progress((begin + fraction) / len(cases), text)
+
+        rows += run_case(case, effort, told)
+    return rows
+
+
+def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
+    positions, directions = case.rays(effort.side)
+    truth = true_ends(
+        case.model, positions, directions, progress=lambda part: progress(0.2 * part, f"{case.title}: the reference")
+    )
+    methods = METHODS if case.model.curved else [method for method in METHODS if method.step_control == "constant"][::5]
+    rows = []
+    for index, method in enumerate(methods):
+        for value, settings in method.settings(case.model, effort.most_steps):
+            progress(0.2 + 0.8 * index / len(methods), f"{case.title}: {method.label}")
+            rows.append(_record(case, method, value, settings, positions, directions, truth, effort))
+            if not case.model.curved:
+                break
+    if case.model.curved:
+        settings = papers_default(effort.most_steps)
+        method = Method(settings.pipeline, settings.integrator, settings.step_control)
+        row = _record(case, method, settings.tolerance, settings, positions, directions, truth, effort)
+        rows.append(row | {"papers_default": True})
+    mark_front(rows)
+    return rows
+
+
+def _record(
+    case: Case,
+    method: Method,
+    value: float,
+    settings: Settings,
+    positions: np.ndarray,
+    directions: np.ndarray,
+    truth: Truth,
+    effort: Effort,
+) -> dict:
+    row = {
+        "model": case.name,
+        "case": case.title,
+        "pipeline": method.pipeline,
+        "integrator": method.integrator,
+        "step_control": method.step_control,
+        "value": value,
+        "steps_per_segment": settings.steps_per_segment,
+        "papers_default": False,
+        "rays": len(positions),
+        "unresolved": int((~truth.converged).sum()),
+    }
+    if too_many_steps(case.model, settings):
+        return row | NO_PRECISION | NO_WORK | {"ns_per_ray_step": float("nan")}
+    row |= precision(case, settings, positions, directions, truth)
+    usable = row["failed_percent"] < FAILED
+    row |= work(case.small(effort.picture, effort.picture), settings, effort) if usable else NO_WORK
+    return row | {"ns_per_ray_step": row["ns_per_ray"] / max(row["steps_mean"], 1.0)}
+
+
+def precision(
+    case: Case, settings: Settings, positions: np.ndarray, directions: np.ndarray, truth: Truth
+) -> dict[str, float]:
+    """Errors, drift and steps of one setting."""
+    ends = trace_rays(case.model, positions, directions, settings)
+    found = errors.compare(case.model, ends, truth)
+    everything = np.ones(len(positions), bool)
+    away = ~errors.near_critical(case.model, positions, directions)
+    row = errors.summary(found, case.pixel, everything)
+    row |= errors.summary(found, case.pixel, away, "_outside_band")
+    measured = np.isfinite(found.angle)
+    drifting = ends.invariant_drift[ends.status == truth.status]
+    estimated = settings.step_control != "constant" and measured.any()
+    return row | {
+        "failed_percent": 100.0 * float(found.failed.mean()),
+        "estimate_exceeded_percent": 100.0 * float(found.exceeds[measured].mean()) if estimated else float("nan"),
+        "drift_max": float(drifting.max()) if len(drifting) else float("nan"),
+        "steps_mean": float(ends.steps.mean()),
+        "steps_max": int(ends.steps.max()),
+    }
+
+
+def work(scene: Scene, settings: Settings, effort: Effort) -> dict[str, float]:
+    """The time that tracing takes: the least of several, and the median, after a warm-up that compiles. Where one takes
+    longer than the patience, it is the only one.
+    """
+    settings = replace(settings, passes=("Direction",))
+    warm_up = render(scene, settings).statistics
+    times = [warm_up.milliseconds["trace"]]
+    if times[0] < 1e3 * effort.patience:
+        begin, times = time.perf_counter(), []
+        while len(times) < effort.repeats and (not times or time.perf_counter() - begin < effort.patience):
+            times.append(render(scene, settings).statistics.milliseconds["trace"])
+    return {
+        "time_min_ms": min(times),
+        "time_median_ms": statistics.median(times),
+        "repeats": len(times),
+        "compile_ms": warm_up.milliseconds["compile"],
+        "rays_per_second": 1e3 * warm_up.ray_count / min(times),
+        "ns_per_ray": 1e6 * min(times) / warm_up.ray_count,
+    }
+
+
+NO_PRECISION = dict.fromkeys(
+    (
+        *(f"error_{figure}_px{band}" for band in ("", "_outside_band") for figure in errors.FIGURES),
+        *(f"misclassified_percent{band}" for band in ("", "_outside_band")),
+        "failed_percent",
+        "estimate_exceeded_percent",
+        "drift_max",
+        "steps_mean",
+        "steps_max",
+    ),
+    float("nan"),
+)
+NO_WORK = dict.fromkeys(
+    ("time_min_ms", "time_median_ms", "repeats", "compile_ms", "rays_per_second", "ns_per_ray"), float("nan")
+)
+
+
+def mark_front(rows: list[dict]) -> None:
+    """Set `front`: no other setting is both faster and more precise."""
+    best = float("inf")
+    for row in rows:
+        row["front"] = False
+    for row in sorted((row for row in rows if row["ns_per_ray"] > 0), key=lambda row: row["ns_per_ray"]):
+        error = row["error_p99_px_outside_band"]
+        row["front"] = bool(error < best and row["failed_percent"] == 0.0)
+        if row["front"]:
+            best = error
+
+
+def recommendation(rows: list[dict], goal: float) -> dict | None:
+    """The cheapest row of a case with a 99th percentile below the goal, pixels, where hardly a ray ends elsewhere."""
+    good = [
+        row
+        for row in rows
+        if row["error_p99_px_outside_band"] < goal
+        and row["misclassified_percent_outside_band"] <= MISCLASSIFIED
+        and row["failed_percent"] == 0.0
+    ]
+    return min(good, key=lambda row: row["ns_per_ray"], default=None)
+
+
+def sentence(rows: list[dict], goal: float) -> str:
+    """A recommendation in words."""
+    row = recommendation(rows, goal)
+    if row is None:
+        return f"No setting tried has errors below {goal:g} pixel."
+    method = Method(row["pipeline"], row["integrator"], row["step_control"])
+    what = "step" if row["step_control"] == "constant" else "tolerance"
+    unit = "model lengths" if row["step_control"] == "constant" else "radians"
+    return (
+        f"Cheapest below {goal:g} pixel: {method.label}, {what} {row['value']:.3g} {unit}: "
+        f"{row['error_p99_px_outside_band']:.2g} pixel (99th percentile), {row['ns_per_ray']:.0f} ns a ray."
+    )

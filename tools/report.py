@@ -1,0 +1,110 @@
+"""make report: error against run time of every model, into out/report.  make compare BASE=old.json: what got worse."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import matplotlib
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(REPOSITORY))
+matplotlib.use("Agg")
+
+from matplotlib import pyplot  # noqa: E402
+
+from addon.core import device  # noqa: E402
+from addon.core.report.compare import differences  # noqa: E402
+from addon.core.report.make_report import write  # noqa: E402
+from addon.core.report.plots import COLORS, Diagram  # noqa: E402
+
+DASHES = ("-", "--", ":")
+
+
+def draw_png(diagram: Diagram, path: Path) -> None:
+    """The diagram of plots.py once more, as PNG."""
+    figure, axes = pyplot.subplots(figsize=(9.5, 5.2), layout="constrained")
+    if diagram.front:
+        axes.plot(*zip(*diagram.front, strict=True), color="#bbbbbb", linewidth=6, zorder=0)
+    for curve in diagram.curves:
+        if curve.shown:
+            color = COLORS[curve.color % len(COLORS)]
+            axes.plot(
+                *zip(*curve.shown, strict=True),
+                color=color,
+                linestyle=DASHES[curve.dash] if curve.lines else "",
+                linewidth=1.2,
+                marker="o",
+                markersize=4,
+                markerfacecolor="white" if curve.hollow else color,
+                label=curve.label,
+            )
+    for x, y, text in diagram.marks:
+        axes.annotate(text, (x, y), xytext=(10, 10), textcoords="offset points", arrowprops={"arrowstyle": "->"})
+    for x, _ in diagram.verticals:
+        axes.axvline(x, color="#555555", linestyle="--", linewidth=0.8)
+    axes.set(title=diagram.title, xlabel=diagram.across, ylabel=diagram.up, xscale="log", yscale="log")
+    axes.grid(color="#e4e4e4")
+    figure.legend(loc="outside right upper", fontsize=7)
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)
+
+
+class Printed:
+    """Progress on the terminal: a line where the text changes."""
+
+    def __init__(self):
+        self.begin, self.text = time.perf_counter(), ""
+
+    def __call__(self, fraction: float, text: str) -> None:
+        if text != self.text:
+            self.text = text
+            print(f"{time.perf_counter() - self.begin:6.0f} s {100 * fraction:4.0f} %  {text}", flush=True)
+
+
+def versions() -> dict[str, str]:
+    manifest = tomllib.loads((REPOSITORY / "blender_manifest.toml").read_text(encoding="utf-8"))
+    return {"Blender (bpy)": version("bpy"), "Nonlinear Rays": manifest["version"]}
+
+
+def main() -> int:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--quick", action="store_true", help="fewer rays, models and steps: below three minutes")
+    arguments.add_argument("--output", type=Path, default=REPOSITORY / "out" / "report")
+    arguments.add_argument("--base", type=Path, help="an older summary.json: compare with it and measure nothing")
+    chosen = arguments.parse_args()
+    if chosen.base:
+        return compare(chosen.base, chosen.output / "summary.json")
+    command = "make report QUICK=1" if chosen.quick else "make report"
+    index = write(
+        chosen.output,
+        quick=chosen.quick,
+        versions=versions(),
+        command=command,
+        progress=Printed(),
+        draw_png=draw_png,
+    )
+    device.shutdown()
+    print(index)
+    return 0
+
+
+def compare(base: Path, new: Path) -> int:
+    """Print what is worse; 1 where something is."""
+    try:
+        summaries = [json.loads(path.read_text(encoding="utf-8")) for path in (base, new)]
+    except (OSError, ValueError) as error:
+        print(f"Cannot compare: {error}. Run make report first, and give a summary.json as BASE.", file=sys.stderr)
+        return 2
+    found = differences(*summaries)
+    print("\n".join(found) or f"Nothing is worse than in {base}.")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
