@@ -14,11 +14,11 @@ from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import trace_rays
 
+from .settings import fused
+
 PERCENTILE = 99.0
 TOLERANCES = np.geomspace(1.0, 1e-6, 37)  # radians, loosest first, six to a decade
-ACCURATE = Settings(
-    pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-5, observer="chart"
-)
+ACCURATE = fused(tolerance=1e-5, chord_tolerance=1e-5, escape_radius=None)
 
 
 class Rays:

@@ -9,6 +9,15 @@ from .scenes import BOUNDS
 WAY = 60.0  # model lengths of τ that constant steps cover together: from the camera out of the bounding sphere
 ADAPTIVE_SEGMENTS = 4  # times as many may be taken where steps adapt, so that rays come to their end
 MOST_STEPS = 100_000
+COMMON = {
+    "observer": "chart",
+    "samples": 1,
+    "edge_samples": 1,
+    "filter_width": 1.5,  # of no matter for a single sample
+    "filter_textures": True,
+    "ray_bits": 32,
+    "failed_rays": "environment",
+}
 
 
 def paper(steps: int, segments: int) -> Settings:
@@ -19,7 +28,6 @@ def paper(steps: int, segments: int) -> Settings:
         pipeline="paper",
         integrator="euler",
         step_control="constant",
-        observer="chart",
         step=WAY / steps,
         tolerance=1e-3,
         max_steps=steps,
@@ -28,7 +36,7 @@ def paper(steps: int, segments: int) -> Settings:
         early_termination="off",
         escape_radius=BOUNDS,
         passes=("Combined",),
-        samples=1,
+        **COMMON,
         batch_size=1,
         cull_batches=False,
     )
@@ -40,7 +48,6 @@ def accelerated(steps: int, segments: int, tolerance: float) -> Settings:
         pipeline="paper",
         integrator="euler",
         step_control="doubling",
-        observer="chart",
         step=WAY / steps,
         tolerance=tolerance,
         max_steps=MOST_STEPS,
@@ -49,7 +56,7 @@ def accelerated(steps: int, segments: int, tolerance: float) -> Settings:
         early_termination="both",
         escape_radius=BOUNDS,
         passes=("Combined",),
-        samples=1,
+        **COMMON,
         batch_size=1,
         cull_batches=False,
     )
@@ -67,7 +74,6 @@ def fused(
         pipeline="fused",
         integrator=integrator,
         step_control="embedded",
-        observer="chart",
         step=None,
         tolerance=tolerance,
         chord_tolerance=chord_tolerance,
@@ -76,5 +82,5 @@ def fused(
         steps_per_segment=1,
         escape_radius=escape_radius,
         passes=passes,
-        samples=1,
+        **COMMON,
     )
