@@ -29,6 +29,7 @@ struct Hit {
 #ifdef FILTERED_IMAGES
     mat2x3 uv_gradient;  // how u and v change with the position
     mat2 uv_footprint;   // columns: how far uv moves from pixel to pixel
+    vec4 uv_border;      // low u, low v, high u, high v, which a footprint must not cross; or NO_BORDER
 #endif
 };
 #ifdef FILTERED

@@ -52,6 +52,7 @@ void complete_sphere_hit(Segment segment, inout Hit hit) {
     hit.uv = vec2(atan(own.y, own.x) / (2.0 * PI) + 0.5, asin(clamp(own.z, -1.0, 1.0)) / PI + 0.5);
 #ifdef FILTERED_IMAGES
     float across = max(own.x * own.x + own.y * own.y, 1e-12);  // 0 at the poles, where u means nothing
+    hit.uv_border = vec4(-NO_BORDER, 0.0, NO_BORDER, 1.0);
     hit.uv_gradient = mat2x3(
         (own.x * axes[1] - own.y * axes[0]) / (2.0 * PI * across * sphere.w),
         (axes[2] - own.z * outward) / (PI * sqrt(across) * sphere.w));

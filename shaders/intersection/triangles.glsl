@@ -83,6 +83,12 @@ void complete_triangle_hit(Segment segment, inout Hit hit) {
     vec3 weight2 = inverse * cross(face, edge1);
     vec2 along1 = vec2(c2.w, c3.x) - vec2(c0.w, c1.w);
     vec2 along2 = c3.yz - vec2(c0.w, c1.w);
+    // A surface that ends where the image does shall not show the image's other side there.
+    vec2 low = min(min(vec2(c0.w, c1.w), vec2(c2.w, c3.x)), c3.yz);
+    vec2 high = max(max(vec2(c0.w, c1.w), vec2(c2.w, c3.x)), c3.yz);
+    bvec2 low_ends = lessThan(abs(low - floor(low + 0.5)), vec2(1e-5));
+    bvec2 high_ends = lessThan(abs(high - floor(high + 0.5)), vec2(1e-5));
+    hit.uv_border = vec4(mix(vec2(-NO_BORDER), low, low_ends), mix(vec2(NO_BORDER), high, high_ends));
     hit.uv_gradient = mat2x3(along1.x * weight1 + along2.x * weight2, along1.y * weight1 + along2.y * weight2);
 #endif
 }

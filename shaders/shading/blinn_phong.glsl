@@ -9,10 +9,10 @@ uniform vec3 u_ambient;  // radiance that comes from everywhere
 
 #ifdef IMAGES
 #ifdef FILTERED_IMAGES
-vec4 filtered_image(int image, vec2 uv, mat2 footprint);  // scene-linear colour and alpha
+vec4 filtered_image(int image, vec2 uv, mat2 footprint, vec4 border);  // scene-linear colour and alpha
 
 vec3 image_color(float image, Hit hit) {
-    return filtered_image(int(image), hit.uv, hit.uv_footprint).rgb;
+    return filtered_image(int(image), hit.uv, hit.uv_footprint, hit.uv_border).rgb;
 }
 #else
 vec4 sample_image(int image, vec2 uv);  // scene-linear colour and alpha

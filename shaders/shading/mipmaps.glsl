@@ -25,8 +25,14 @@ Level level_at(int level, int start, ivec2 size) {
     return Level(start, size);
 }
 
-// footprint : columns are how far uv moves from pixel to pixel
-vec4 filtered_image(int image, vec2 uv, mat2 footprint) {
+vec4 level_color(Level level, int extension, vec2 uv, vec4 border) {
+    vec2 half_texel = 0.5 / vec2(level.size);
+    uv = clamp(uv, border.xy + half_texel, border.zw - half_texel);
+    return bilinear(u_image_mips, level.start, level.size, extension, uv);
+}
+
+// footprint : columns are how far uv moves from pixel to pixel;  border : low and high corner, not to be crossed
+vec4 filtered_image(int image, vec2 uv, mat2 footprint, vec4 border) {
     vec4 entry = texel(u_image_table, image);
     vec2 mips = texel(u_mip_table, image).xy;
     // Beyond the whole image, the levels end; larger numbers would only lose digits.
@@ -46,9 +52,9 @@ vec4 filtered_image(int image, vec2 uv, mat2 footprint) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < probes; ++i) {
         vec2 at = uv + ((float(i) + 0.5) / float(probes) - 0.5) * axes.across.xy / entry.yz;
-        vec4 found = finer == 0 ? sample_image(entry, at) : bilinear(u_image_mips, fine.start, fine.size, extension, at);
-        if (coarser_share > 0.0)
-            found = mix(found, bilinear(u_image_mips, coarse.start, coarse.size, extension, at), coarser_share);
+        if (detail > 0.0 || probes > 1) at = clamp(at, border.xy + 0.5 / entry.yz, border.zw - 0.5 / entry.yz);
+        vec4 found = finer == 0 ? sample_image(entry, at) : level_color(fine, extension, at, border);
+        if (coarser_share > 0.0) found = mix(found, level_color(coarse, extension, at, border), coarser_share);
         sum += found;
     }
     return sum / float(probes);

@@ -131,6 +131,22 @@ def test_objects_next_to_each_other_do_not_blur_each_other():
     assert np.abs(picture(scene) - picture(scene, filtered=False)).max() < 1e-6
 
 
+@pytest.mark.parametrize("extension", ["REPEAT", "CLIP"])
+def test_a_border_does_not_show_the_images_other_side(extension):
+    """A wall of few pixels whose lower half is black and whose upper half is white: of its rows at the bottom none gets
+    white, of those at the top none gets black, though their footprints of some texels reach over the border.
+    """
+    pixels = np.zeros((64, 64, 4), np.float32)
+    pixels[32:] = 1.0
+    scene = wall(Image("halves", pixels, extension), scenes.camera(40, 30, (0.2, -30, 3.0), half=0.4))
+    shown = picture(scene)[..., 0]
+    hit = render(scene, Settings(**EMBEDDED, passes=("Object Index",))).passes["Object Index"][..., 0] == 1
+    rows = np.nonzero(hit.any(axis=1))[0]
+    assert len(rows) > 10
+    assert shown[rows[0]][hit[rows[0]]].max() < 0.01
+    assert shown[rows[-1]][hit[rows[-1]]].min() > 0.99
+
+
 # Skies
 
 
