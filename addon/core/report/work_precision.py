@@ -37,7 +37,7 @@ class Effort:
 
 
 QUICK = Effort(16, 32, 3, 0.02, 3000)
-FULL = Effort(24, 64, 5, 0.3, 20_000)
+FULL = Effort(24, 48, 5, 0.2, 10_000)
 
 
 def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]:

@@ -1,0 +1,143 @@
+"""The report measures what it says: errors come again to the last digit, methods have their order, maps show it."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from addon.core.reference import true_ends
+from addon.core.report import ablation, error_map, work_precision
+from addon.core.report.cases import built_in
+from addon.core.report.make_report import MAPPED, write
+from addon.core.report.methods import METHODS
+from addon.core.report.work_precision import Effort, precision, run_case, work
+from addon.core.settings import Settings
+from addon.core.trace import Cancelled, render, trace_rays
+from tests.shaders.scenes import HOLE, camera, mixed
+
+CASES = {case.title: case for case in built_in()}
+HOLE_CASE = CASES["Schwarzschild, camera at 20 M"]
+EFFORT = Effort(side=8, picture=8, repeats=2, patience=0.02, most_steps=2000)
+TIMES = {"time_min_ms", "time_median_ms", "compile_ms", "rays_per_second", "ns_per_ray", "ns_per_ray_step", "repeats"}
+
+
+def nothing(fraction, text):
+    pass
+
+
+@pytest.fixture
+def few_methods(monkeypatch):
+    """Every fifth curve, of both pipelines and all step controls: six settings each, and the paper's default."""
+    chosen = METHODS[::5]
+    assert len({method.step_control for method in chosen}) == 3 and len({method.pipeline for method in chosen}) == 2
+    monkeypatch.setattr(work_precision, "METHODS", chosen)
+    return 6 * len(chosen) + 1
+
+
+def test_errors_come_again_to_the_last_digit(egl, few_methods):
+    case = CASES["Luneburg lens"]
+    first, second = (run_case(case, EFFORT, nothing) for _ in range(2))
+    assert len(first) == few_methods and sum(row["papers_default"] for row in first) == 1
+    for one, other in zip(first, second, strict=True):
+        for key in one.keys() - TIMES - {"front"}:
+            assert one[key] == other[key] or (one[key] != one[key] and other[key] != other[key]), key
+        assert np.isnan(one["ns_per_ray"]) or one["time_min_ms"] <= one["time_median_ms"]
+
+
+@pytest.mark.parametrize(
+    ("integrator", "order", "step"), [("euler", 1, 0.1), ("verlet", 2, 0.2), ("runge_kutta_4", 4, 3.2)]
+)
+def test_measured_errors_fall_with_the_methods_order(egl, integrator, order, step):
+    """Of the median ray, far from critical; from h to h / 2, above float32's floor. Half an order is how far these
+    steps are from the limit of small ones.
+    """
+    case = HOLE_CASE
+    positions, directions = case.rays(8)
+    truth = true_ends(case.model, positions, directions)
+    settings = Settings(pipeline="fused", integrator=integrator, step_control="constant", step=step, segments=5000)
+    found = [
+        precision(case, replace(settings, step=h), positions, directions, truth)["error_median_px"]
+        for h in (step, step / 2)
+    ]
+    assert abs(np.log2(found[0] / found[1]) - order) < 0.5
+
+
+def test_the_promised_error_is_the_rendered_one(egl):
+    """A setting measured on one sample of a picture has that error on other rays of it: its 99th percentile over 1024
+    others within a factor of two, which is how far two samples' 99th percentiles of this picture may differ.
+    """
+    case = HOLE_CASE
+    found = []
+    for side in (24, 32):
+        positions, directions = case.rays(side)
+        truth = true_ends(case.model, positions, directions)
+        found.append(precision(case, MAPPED, positions, directions, truth)["error_p99_px_outside_band"])
+    assert 0.5 < found[0] / found[1] < 2.0
+
+
+def test_error_map_shows_shadow_and_band(egl):
+    found = error_map.measure(HOLE_CASE, MAPPED, 24, 24, lambda fraction: None)
+    assert (found.true[12, 12] == error_map.ABSORBED).all() and found.true[0, 0].any()
+    assert found.figures["rays"] == 576 and found.figures["misclassified_percent"] < 1.0
+    legend = error_map.legend(100, 4)
+    assert legend.shape == (4, 100, 3) and legend[0, 0].sum() < legend[0, -1].sum()
+
+
+def test_half_floats_are_the_papers_finding(egl):
+    """16 bit has 11 digits: each of some fifty textures of a ray rounds its direction by up to 2^-12, a quarter of a
+    pixel. 32 bit has less than a thousandth of that, and RK4 hardly an error of its own.
+    """
+    full, half = ablation.half_floats(EFFORT)[:2]
+    assert (full["ray_bits"], half["ray_bits"], full["integrator"]) == (32, 16, "runge_kutta_4")
+    assert full["error_median_px"] < 0.01 and half["error_median_px"] > 0.25
+
+
+def test_what_is_left_out_does_not_change_the_picture(egl):
+    scene = ablation.busy_scene(32)
+    for name, settings, _, other in ablation.alternatives()[:5]:
+        pictures = [ablation.timed(scene, chosen, EFFORT)[1] for chosen in (settings, other)]
+        assert np.abs(pictures[0] - pictures[1]).max() < 1e-5, name
+
+
+def test_a_users_scene(egl, few_methods, tmp_path):
+    """Its camera and law without its objects; files of all kinds, and a report without NaN in its JSON."""
+    scene = mixed(HOLE, camera(16, 12, position=(0.0, -20.0, 3.0)), count=4)
+    drawn = []
+    index = write(
+        tmp_path / "report", quick=True, scene=scene, versions={"us": "1"}, draw_png=lambda d, path: drawn.append(path)
+    )
+    page = index.read_text(encoding="utf-8")
+    assert "<svg" in page and "data:image/png" in page and "http://" not in page.replace("http://www.w3.org", "")
+    content = json.loads((index.parent / "report.json").read_text(encoding="utf-8"))
+    assert {row["model"] for row in content["work_precision"]} == {"schwarzschild"}
+    assert content["stability"] == [] and content["environment"]["us"] == "1"
+    assert [path.suffix for path in drawn] == [".png"]
+    assert (index.parent / "work_precision.csv").read_text(encoding="utf-8").count("\n") == few_methods + 1
+
+
+def test_a_stopped_report_writes_nothing(egl, tmp_path):
+    def stop(fraction, text):
+        if fraction > 0.1:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        write(tmp_path / "report", quick=True, progress=stop)
+    assert not (tmp_path / "report").exists()
+
+
+def test_time_is_of_the_rays_that_were_asked_for(egl):
+    figures = work(HOLE_CASE.small(8, 8), MAPPED, EFFORT)
+    assert figures["ns_per_ray"] == pytest.approx(1e6 * figures["time_min_ms"] / 64)
+
+
+def test_rays_of_a_case_are_the_pictures(egl):
+    """A pixel's ray in float64 is the one that the shader's camera makes: both end in the same direction."""
+    positions, directions = HOLE_CASE.pixel_rays(8, 8)
+    picture = render(HOLE_CASE.small(8, 8), replace(MAPPED, passes=("Direction", "Status")))
+    ends = trace_rays(HOLE_CASE.model, positions, directions, MAPPED)
+    assert (picture.passes["Status"].ravel() == ends.status).all()
+    # A camera ray is rounded in float32 in two ways; a ray of this picture magnifies that some thirty times.
+    escaped = ends.status == 2
+    apart = np.abs(picture.passes["Direction"].reshape(-1, 3) - ends.direction)[escaped]
+    assert apart.max() < 30 * 8 * 2.0**-24 + 2 * MAPPED.tolerance
