@@ -93,13 +93,14 @@ def test_near_critical_is_the_photon_spheres_impact_parameter():
 
 
 def test_front_and_recommendation():
-    rows = [row(5.0, 1.0), row(0.5, 10.0), row(0.8, 20.0), row(0.05, 100.0), row(float("nan"), float("nan"))]
+    rows = [row(5.0, 1.0), row(0.2, 10.0), row(0.3, 20.0), row(0.02, 100.0), row(float("nan"), float("nan"))]
     rows.append(row(0.01, 5.0, failed_percent=3.0))
     mark_front(rows)
     assert [r["front"] for r in rows] == [True, True, False, True, False, False]
     assert recommendation(rows, 1.0)["ns_per_ray"] == 10.0
     assert recommendation(rows, 0.1)["ns_per_ray"] == 100.0
     assert recommendation(rows, 0.001) is None
+    assert recommendation(rows, 0.07) is None  # 0.02 is not safely below
 
 
 def test_comparison_finds_what_is_worse():

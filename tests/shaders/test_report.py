@@ -8,10 +8,12 @@ import pytest
 
 from addon.core.reference import true_ends
 from addon.core.report import ablation, error_map, work_precision
-from addon.core.report.cases import built_in
+from addon.core.report.cases import built_in, of_scene
+from addon.core.report.dangers import sentences
 from addon.core.report.make_report import MAPPED, write
 from addon.core.report.methods import METHODS
 from addon.core.report.work_precision import Effort, precision, run_case, work
+from addon.core.scene import Scene
 from addon.core.settings import Settings
 from addon.core.trace import Cancelled, render, trace_rays
 from tests.shaders.scenes import HOLE, camera, mixed
@@ -80,6 +82,11 @@ def test_error_map_shows_shadow_and_band(egl):
     found = error_map.measure(HOLE_CASE, MAPPED, 24, 24, lambda fraction: None)
     assert (found.true[12, 12] == error_map.ABSORBED).all() and found.true[0, 0].any()
     assert found.figures["rays"] == 576 and found.figures["misclassified_percent"] < 1.0
+    part = error_map.shadows_edge(HOLE_CASE)
+    assert 0.2 < part[0] < part[1] < 0.3  # arcsin(sqrt(27 (1 - 2/20)) / 20) from the middle, the half being 0.5
+    close = error_map.measure(HOLE_CASE, MAPPED, 24, 24, lambda fraction: None, part)
+    assert close.figures["near_critical"] > 24 and found.figures["near_critical"] == 0
+    assert close.figures["error_max_px"] > found.figures["error_max_px"]
     legend = error_map.legend(100, 4)
     assert legend.shape == (4, 100, 3) and legend[0, 0].sum() < legend[0, -1].sum()
 
@@ -111,9 +118,22 @@ def test_a_users_scene(egl, few_methods, tmp_path):
     assert "<svg" in page and "data:image/png" in page and "http://" not in page.replace("http://www.w3.org", "")
     content = json.loads((index.parent / "report.json").read_text(encoding="utf-8"))
     assert {row["model"] for row in content["work_precision"]} == {"schwarzschild"}
+    assert [row["rendered_px"] < row["goal_px"] for row in content["recommended"]] == [True, True]
     assert content["stability"] == [] and content["environment"]["us"] == "1"
     assert [path.suffix for path in drawn] == [".png"]
     assert (index.parent / "work_precision.csv").read_text(encoding="utf-8").count("\n") == few_methods + 1
+
+
+def test_dangers_are_named(egl):
+    def near(position, half, **options):
+        scene = Scene(camera(64, 64, position=position, half=half), HOLE)
+        return " ".join(sentences(of_scene(scene), replace(MAPPED, **options)))
+
+    assert near((0.0, -20.0, 0.0), 0.5) == "None of the extreme cases that the report knows is near."
+    assert "at 2.5 M from the centre" in near((0.0, -2.5, 0.0), 0.5)
+    # The shadow's edge is at 0.25 of the distance: a picture that ends there has the band in it.
+    assert "% of the rays are within 0.001 of the critical" in near((0.0, -20.0, 0.0), 0.27)
+    assert "reached the step limit (5)" in near((0.0, -20.0, 0.0), 0.5, max_steps=5)
 
 
 def test_a_stopped_report_writes_nothing(egl, tmp_path):

@@ -35,10 +35,16 @@ class Case:
         jitter = generator.random((side * side, 2))
         return camera_rays(self.scene, (columns + jitter[:, 0]) / side, (rows + jitter[:, 1]) / side)
 
-    def pixel_rays(self, columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
-        """As rays(): through the centres of columns x rows pixels, row by row from the bottom."""
+    def pixel_rays(
+        self, columns: int, rows: int, part: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """As rays(): through the centres of columns x rows pixels, row by row from the bottom. part : of the picture,
+        left, right, bottom and top as fractions of it
+        """
+        left, right, bottom, top = part
         y, x = np.divmod(np.arange(columns * rows), columns)
-        return camera_rays(self.scene, (x + 0.5) / columns, (y + 0.5) / rows)
+        x, y = left + (right - left) * (x + 0.5) / columns, bottom + (top - bottom) * (y + 0.5) / rows
+        return camera_rays(self.scene, x, y)
 
     def small(self, columns: int, rows: int) -> Scene:
         """The scene with as many pixels."""

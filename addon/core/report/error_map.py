@@ -12,12 +12,14 @@ from ..settings import Settings
 from ..status import Status
 from ..trace import trace_rays
 from . import errors
-from .cases import Case
+from .cases import Case, camera_rays
 
 LOW, HIGH = -4.0, 1.0  # log10 of pixels: the ends of the colours
 RAMP = np.array(  # from dark to light, so that it reads in grey, too
     [[13, 8, 60], [84, 15, 109], [158, 42, 99], [212, 72, 66], [245, 125, 21], [250, 193, 39], [252, 255, 200]], float
 )
+WHOLE = (0.0, 1.0, 0.0, 1.0)
+CLOSE_UP = 0.01  # of the picture: its part around the shadow's edge that is shown beside it
 ABSORBED, UNKNOWN, ELSEWHERE = (0, 0, 0), (128, 128, 128), (0, 220, 220)
 
 
@@ -30,9 +32,18 @@ class ErrorMap:
     figures: dict[str, float]
 
 
-def measure(case: Case, settings: Settings, columns: int, rows: int, progress: Callable[[float], None]) -> ErrorMap:
-    """Every pixel's ray against the reference. settings : with a step control that estimates its error"""
-    positions, directions = case.pixel_rays(columns, rows)
+def measure(
+    case: Case,
+    settings: Settings,
+    columns: int,
+    rows: int,
+    progress: Callable[[float], None],
+    part: tuple[float, float, float, float] = WHOLE,
+) -> ErrorMap:
+    """Every pixel's ray against the reference. settings : with a step control that estimates its error;  part : as
+    Case.pixel_rays() has it
+    """
+    positions, directions = case.pixel_rays(columns, rows, part)
     truth = true_ends(case.model, positions, directions, progress=progress)
     ends = trace_rays(case.model, positions, directions, settings)
     found = errors.compare(case.model, ends, truth)
@@ -48,6 +59,7 @@ def measure(case: Case, settings: Settings, columns: int, rows: int, progress: C
     figures = {
         "model": case.name,
         "case": case.title,
+        "part_of_the_picture": part[1] - part[0],
         "rays": len(positions),
         "near_critical": int(band.sum()),
         "unresolved": int((~found.known).sum()),
@@ -59,6 +71,30 @@ def measure(case: Case, settings: Settings, columns: int, rows: int, progress: C
     figures |= errors.summary(found, case.pixel, np.ones(len(positions), bool))
     shape = (rows, columns, 3)
     return ErrorMap(true.reshape(shape), estimated.reshape(shape), figures)
+
+
+def shadows_edge(case: Case) -> tuple[float, float, float, float] | None:
+    """A small part of the picture around an edge of the shadow, where the near-critical rays are: found along the line
+    through the middle. None where that line has no absorbed ray.
+    """
+    middle = 0.5
+
+    def absorbed(x: np.ndarray) -> np.ndarray:
+        rays = camera_rays(case.scene, x, np.full_like(x, middle))
+        return true_ends(case.model, *rays).status == Status.ABSORBED
+
+    x = np.linspace(0.0, 1.0, 33)
+    found = absorbed(x)
+    edges = np.flatnonzero(found[1:] != found[:-1])
+    if not len(edges):
+        return None
+    low, high = x[edges[0]], x[edges[0] + 1]
+    for _ in range(3):  # each finds the edge to a sixteenth
+        inner = np.linspace(low, high, 17)
+        edge = np.flatnonzero(np.diff(absorbed(inner).astype(int)))[0]
+        low, high = inner[edge], inner[edge + 1]
+    at, half = 0.5 * (low + high), 0.5 * CLOSE_UP
+    return at - half, at + half, middle - half, middle + half
 
 
 def enlarged(pixels: np.ndarray, times: int) -> np.ndarray:

@@ -15,16 +15,30 @@ from pathlib import Path
 import numpy as np
 
 from .. import device as gpu
+from ..reference import true_ends
 from ..scene import Scene
 from ..settings import Settings
+from ..trace import render
 from . import ablation, error_map, png
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .compare import summarise
+from .dangers import sentences
 from .methods import LABELS, Method
 from .page import Page
 from .plots import Curve, Diagram
-from .work_precision import FULL, GOALS, QUICK, Effort, Progress, run_case, sentence
+from .work_precision import (
+    FULL,
+    GOALS,
+    QUICK,
+    Effort,
+    Progress,
+    precision,
+    recommendation,
+    run_case,
+    sentence,
+    settings_of,
+)
 
 MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 MAP_SIDE = {True: 48, False: 96}  # quick or not: pixels of the error map
@@ -41,6 +55,7 @@ class Report:
     error_maps: list[dict] = field(default_factory=list)
     ablation: list[dict] = field(default_factory=list)
     half_floats: list[dict] = field(default_factory=list)
+    recommended: list[dict] = field(default_factory=list)
 
     def lists(self) -> dict[str, list[dict]]:
         return {name: value for name, value in vars(self).items() if isinstance(value, list)}
@@ -73,7 +88,9 @@ def write(
     page.text(*(f"{name}: {value}" for name, value in report.environment.items()))
     diagrams = _work_precision(report, page, cases, effort, _part(progress, 0.0, 0.6))
     _error_maps(report, page, cases, quick, settings, _part(progress, 0.6, 0.7))
-    if scene is None:
+    if scene:
+        _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.7, 1.0))
+    else:
         _ablation(report, page, effort, _part(progress, 0.7, 0.8))
         _stability(report, page, quick, _part(progress, 0.8, 1.0))
     progress(1.0, "Writing")
@@ -83,6 +100,8 @@ def write(
         if draw_png:
             draw_png(diagram, folder / f"{name}.png")
     for name, rows in report.lists().items():
+        if not rows:
+            continue
         _write_csv(folder / f"{name}.csv", rows)
     content = {"environment": report.environment} | report.lists()
     _write_json(folder / "report.json", content)
@@ -170,21 +189,72 @@ def _error_maps(
         page.text("Rays are straight: there is nothing to integrate.")
         return
     side = MAP_SIDE[quick]
-    found = error_map.measure(case, chosen, side, side, lambda part: progress(part, f"{case.title}: the error map"))
-    report.error_maps.append(found.figures)
-    times = 480 // side
-    pictures = [png.as_data(png.encoded(error_map.enlarged(p, times))) for p in (found.true, found.estimated)]
-    page.pictures(
-        pictures,
-        f"{case.title}, {chosen.integrator}, {chosen.step_control}, tolerance {chosen.tolerance:g}. Left: the true "
-        "error; right: the integrator's own estimate (the Error pass). Black: absorbed; grey: no converged reference; "
-        "cyan: ends elsewhere than the truth.",
-    )
+    parts = {"The whole picture": error_map.WHOLE}
+    edge = error_map.shadows_edge(case)
+    if edge:
+        parts[f"The shadow's edge, {error_map.CLOSE_UP:g} of the picture across"] = edge
+    for index, (title, part) in enumerate(parts.items()):
+        told = _part(progress, index / len(parts), (index + 1) / len(parts))
+        found = error_map.measure(
+            case, chosen, side, side, lambda done, told=told: told(done, f"{case.title}: the error map"), part
+        )
+        report.error_maps.append(found.figures)
+        page.heading(title)
+        pictures = (error_map.enlarged(picture, 480 // side) for picture in (found.true, found.estimated))
+        page.pictures(
+            [png.as_data(png.encoded(picture)) for picture in pictures],
+            f"{case.title}, {chosen.integrator}, {chosen.step_control}, tolerance {chosen.tolerance:g}. Left: the true "
+            "error; right: the integrator's own estimate (the Error pass). Black: absorbed; grey: no converged "
+            "reference; cyan: ends elsewhere than the truth.",
+        )
     page.pictures(
         [png.as_data(png.encoded(error_map.legend(480, 14)))],
         f"From 10^{error_map.LOW:g} to 10^{error_map.HIGH:g} pixels.",
     )
-    page.table([found.figures], {key: key.replace("_", " ") for key in found.figures if key != "model"})
+    figures = report.error_maps[0]
+    page.text(
+        f"The truth exceeds the estimate at {figures['truth_exceeds_estimate_percent']:.2g} % of the pixels, and the "
+        f"tolerance at {figures['truth_exceeds_tolerance_percent']:.2g} %; at the median pixel the estimate is "
+        f"{figures['estimate_over_truth_median']:.2g} times the true error.",
+        advice=True,
+    )
+    page.table(report.error_maps, {key: key.replace("_", " ") for key in figures if key not in ("model", "case")})
+
+
+def _users(
+    report: Report,
+    page: Page,
+    scene: Scene,
+    case: Case,
+    settings: Settings | None,
+    effort: Effort,
+    progress: Progress,
+) -> None:
+    """What the scene is near to; whether each recommended setting keeps its promise on other rays of the picture."""
+    positions, directions = case.rays(effort.side + 5)
+    truth = true_ends(case.model, positions, directions)
+    for index, goal in enumerate(GOALS):
+        row = recommendation(report.work_precision, goal)
+        if row is None:
+            continue
+        chosen = settings_of(row, effort)
+        told = _part(progress, index / len(GOALS), (index + 1) / len(GOALS))
+        frame = render(scene, chosen, progress=lambda done, text, told=told: told(done, "The recommended setting"))
+        found = precision(case, chosen, positions, directions, truth)
+        kept = {key: row[key] for key in ("model", "pipeline", "integrator", "step_control", "value")}
+        kept |= {"goal_px": goal, "promised_px": row["error_p99_px_outside_band"]}
+        kept |= {"rendered_px": found["error_p99_px_outside_band"]}
+        kept |= {f"{stage}_ms": value for stage, value in frame.statistics.milliseconds.items()}
+        report.recommended.append(kept)
+    page.section("Dangers")
+    page.text(*sentences(case, settings or MAPPED))
+    page.section("Recommended, rendered")
+    page.text(
+        "Each recommended setting on other rays of the picture, beside what was promised, and the time of each stage "
+        f"of rendering this scene with its objects at {scene.camera.size[0]} x {scene.camera.size[1]}."
+    )
+    keys = dict.fromkeys(key for row in report.recommended for key in row)
+    page.table(report.recommended, {key: key.replace("_", " ") for key in keys if key != "model"})
 
 
 def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) -> None:

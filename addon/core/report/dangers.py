@@ -1,0 +1,50 @@
+"""Which extreme cases a user's scene is near, and what to do about them, a sentence each."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..settings import Settings
+from ..status import Status, advice
+from ..trace import trace_rays
+from . import errors
+from .cases import Case
+
+SIDE = 64  # side² rays of the picture are looked at
+CLOSE = 3.0  # horizon's radii: nearer cameras see the sky squeezed, and every error with it
+FAR = 1000.0  # flat radii or model lengths: farther cameras lose digits of the ray's place
+
+
+def sentences(case: Case, settings: Settings) -> list[str]:
+    """settings : that the user renders with."""
+    model = case.model
+    positions, directions = case.pixel_rays(SIDE, SIDE)
+    distance = float(np.linalg.norm(positions[0]))
+    found = []
+    mass = getattr(model, "mass", 0.0) if model.has_static_frame else 0.0
+    if mass > 0.0 and distance < CLOSE * 2.0 * mass:
+        found.append(
+            f"The camera is at {distance / mass:.3g} M from the centre, near the horizon, where small errors of a ray "
+            "are large angles. Tighten the tolerance, or move the camera out."
+        )
+    if distance > FAR * max(model.flat_radius(), 1.0):
+        found.append(
+            f"The camera is {distance:.3g} model lengths away, and float32 places a ray there to "
+            f"{distance * 2.0**-24:.1g} lengths. Move the camera or the model nearer, or raise Scale."
+        )
+    near = errors.near_critical(model, positions, directions)
+    if near.any():
+        found.append(
+            f"{100.0 * near.mean():.2g} % of the rays are within {errors.BAND:g} of the critical impact parameter, "
+            "where errors grow without bound. Render them with more samples a pixel; no tolerance helps."
+        )
+    ends = trace_rays(model, positions, directions, settings)
+    counts = {status: int((ends.status == status).sum()) for status in Status}
+    found += advice(counts, settings.max_steps)
+    drift = ends.invariant_drift[np.isin(ends.status, (Status.ESCAPED, Status.HIT))]
+    if len(drift) and drift.max() > 1e-3:
+        found.append(
+            f"What the model conserves drifts by up to {drift.max():.2g} of itself. Tighten the tolerance or lower the "
+            "step."
+        )
+    return found or ["None of the extreme cases that the report knows is near."]
