@@ -71,6 +71,7 @@ def true_ends(
     positions, directions = (np.asarray(rays, np.float64) for rays in (positions, directions))
     states = model.initial_states(positions, directions)
     stops = np.full(len(states), np.inf) if parameters is None else np.asarray(parameters, np.float64)
+    stops = np.minimum(stops, model.last_parameter())
     if radius is None:
         reach = np.linalg.norm(positions, axis=1).max(initial=1.0)
         far_out = max(FAR_OUT * model.flat_radius(), 10.0 * reach)
@@ -136,6 +137,7 @@ class _Run:
                 Status.STEP_TOO_SMALL
             )
             status[stands & (tau + h >= stops)] = Status.RUNNING
+            status[stands & (tau + h >= model.last_parameter())] = Status.LEFT_DOMAIN
             status[stands & self._outside(after)] = Status.ESCAPED
             status[stands & model.absorbed(after)] = Status.ABSORBED
             ended = status >= 0

@@ -5,7 +5,7 @@
 //
 // In flow mode a ray starts at its own point of the image plane, and v is dx/dtau: it is carried along with its own
 // equation, dv/dtau = (v . grad) field, so that directions and their errors are known at every point. Where the flow
-// rests, v is the direction of the camera's ray. State: x in model lengths, v in model lengths per tau.
+// rests, v is the direction of the camera's ray. A flow goes on for ever: a ray ends after a duration. State: x in model lengths, v in model lengths per tau.
 
 vec3 field(vec3 x);                     // the system
 vec3 field_change(vec3 x, vec3 along);  // its derivative along a vector: (along . grad) field
@@ -24,6 +24,10 @@ RayState rhs(RayState s) {
 
 vec3 ray_direction(RayState s) {
     return unit_or(field(s.x), unit_or(s.v, vec3(0.0, 0.0, -1.0)));
+}
+
+float time_left(float tau) {
+    return u_duration - tau;
 }
 #else
 RayState initial_state(vec3 x, vec3 d) {

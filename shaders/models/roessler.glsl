@@ -10,6 +10,7 @@ uniform float u_gamma;
 uniform float u_strength;        // force mode
 uniform float u_reach;           // force mode, model lengths
 uniform float u_plane_distance;  // flow mode, model lengths
+uniform float u_duration;        // flow mode, tau
 
 vec3 field(vec3 x) {
     return vec3(-(x.x + x.z), x.x + u_alpha * x.y, u_beta + x.z * (x.x - u_gamma));

@@ -16,6 +16,9 @@ RayState rhs(RayState s);  // d/dtau of the state
 Step advance_from(RayState s, RayState first, float h, out RayState last);  // one step, and the derivatives at its ends
 bool absorbed(RayState s);
 bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
+#ifdef TIMED
+float time_left(float tau);  // until the model ends a ray that has met nothing
+#endif
 float bounding_radius();
 #ifdef ADAPTIVE
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
@@ -230,10 +233,16 @@ void main() {
 #ifdef ADAPTIVE
 #ifdef DOUBLING
         h = min(h, longest_step(s) * min(2.0 / float(u_steps), 1.0));
+#ifdef TIMED
+        h = min(h, time_left(tau) / float(u_steps));
+#endif
         float length_of_step = float(u_steps) * h;
         taken += 3 * u_steps;
 #else
         h = min(h, longest_step(s));
+#ifdef TIMED
+        h = min(h, time_left(tau));
+#endif
         float length_of_step = h;
         ++taken;
 #endif
@@ -255,9 +264,15 @@ void main() {
         h = next;
         if (absorbed(s)) status = ABSORBED;
         else if (escaped(s, rate)) status = ESCAPED;
+#ifdef TIMED
+        else if (time_left(tau) <= 0.0) status = LEFT_DOMAIN;
+#endif
         else if (!stands && h < u_smallest_step) status = STEP_TOO_SMALL;
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #else
+#ifdef TIMED
+        h = min(h, time_left(tau));
+#endif
         RayState rate_behind;
         Step attempt = attempt_step(s, rate, h, rate_behind);
         bool stands = finite(attempt.state.x) && finite(attempt.state.v);
@@ -270,6 +285,9 @@ void main() {
         if (!stands) status = NOT_FINITE;
         else if (absorbed(s)) status = ABSORBED;
         else if (escaped(s, rate)) status = ESCAPED;
+#ifdef TIMED
+        else if (time_left(tau) <= 0.0) status = LEFT_DOMAIN;
+#endif
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #endif
 #ifdef CHORDS

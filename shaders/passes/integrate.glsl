@@ -4,6 +4,9 @@
 
 Step advance(RayState s, float h);  // one step of the integrator
 bool absorbed(RayState s);          // the model swallowed the ray
+#ifdef TIMED
+float time_left(float tau);         // until the model ends a ray that has met nothing
+#endif
 #ifdef EMBEDDED
 float adapted_step(float h, float error, float error_before);  // the next step size, from the last two estimates
 bool accepted(float error);                                    // whether a step stands
@@ -55,6 +58,10 @@ void main() {
     for (; taken < u_steps; ++taken) {
         if (absorbed(s)) break;
         h = min(h, longest_step(s));
+#ifdef TIMED
+        if (time_left(tau) <= 0.0) break;
+        h = min(h, time_left(tau));
+#endif
         Step attempt = advance(s, h);
         bool stands = accepted(attempt.error);
         float next = adapted_step(h, attempt.error, error_before);
@@ -91,6 +98,9 @@ void main() {
 #endif
 #else
     float h = v.w * u_step_factor;
+#ifdef TIMED
+    h = min(h, time_left(x.w) / float(u_steps));
+#endif
     int taken = 0;
     for (; taken < u_steps; ++taken) {
         if (absorbed(s)) break;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -91,6 +92,12 @@ class Model:
     def straight_far_out(self) -> bool:
         """Whether rays that have left the flat radius keep their direction for ever."""
         return True
+
+    def last_parameter(self) -> float:
+        """τ at which a ray ends that has met nothing until then. If finite, flags() holds TIMED and the GLSL defines
+        float time_left(float tau).
+        """
+        return math.inf
 
     # Its scales
 

@@ -4,11 +4,12 @@
     flow    dx/dτ = field(x)                                  Gröller 1995
 
 A force ends at its reach (reach.py). A flow needs a point only; its state carries dx/dτ as v, with the equation that
-follows, dv/dτ = (v·∇) field.
+follows, dv/dτ = (v·∇) field. It goes on for ever: a ray that has met nothing ends after a duration.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -39,6 +40,16 @@ PLANE_DISTANCE = Parameter(
     0.0,
     100.0,
 )
+DURATION = Parameter(
+    "duration",
+    5.0,
+    "τ",
+    "Flow mode: how long a ray goes with the flow; one that has met nothing by then shows the sky where it is heading",
+    1e-6,
+    1e6,
+    0.1,
+    20.0,
+)
 
 
 class Dynamics:
@@ -49,7 +60,7 @@ class Dynamics:
 
     @classmethod
     def unused(cls, chosen: Mapping[str, str]) -> frozenset[str]:
-        return frozenset({"strength"} if chosen["mode"] == "flow" else {"plane_distance"})
+        return frozenset({"strength", "reach"} if chosen["mode"] == "flow" else {"plane_distance", "duration"})
 
     def field(self, x: np.ndarray) -> np.ndarray:
         """x : float64, (n, 3), model lengths -> float64, (n, 3)."""
@@ -87,6 +98,9 @@ class Dynamics:
     def straight_far_out(self) -> bool:
         return not self.flows
 
+    def last_parameter(self) -> float:
+        return self.duration if self.flows else math.inf
+
     def default_step(self) -> float:
         if self.flows:
             return self.flow_step
@@ -101,4 +115,4 @@ class Dynamics:
         return ("models/reach", f"models/{self.name}", "models/dynamics")
 
     def flags(self) -> frozenset[str]:
-        return frozenset({"FLOW"} if self.flows else ())
+        return frozenset({"FLOW", "TIMED"} if self.flows else ())

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .base import Model
-from .dynamics import PLANE_DISTANCE, STRENGTH, Dynamics
+from .dynamics import DURATION, PLANE_DISTANCE, STRENGTH, Dynamics
 from .parameter import Parameter
 from .reach import REACH
 
@@ -28,6 +28,7 @@ class Lorenz(Dynamics, Model):
         STRENGTH,
         REACH,
         PLANE_DISTANCE,
+        DURATION,
     )
     flow_step = 0.005
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .base import Model
-from .dynamics import PLANE_DISTANCE, STRENGTH, Dynamics
+from .dynamics import DURATION, PLANE_DISTANCE, STRENGTH, Dynamics
 from .parameter import Parameter
 from .reach import REACH
 
@@ -27,6 +27,7 @@ class Roessler(Dynamics, Model):
         STRENGTH,
         REACH,
         PLANE_DISTANCE,
+        DURATION,
     )
     flow_step = 0.02
 
