@@ -19,7 +19,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from addon.core import device  # noqa: E402
-from addon.core.report.compare import differences  # noqa: E402
+from addon.core.report.compare import Summary, differences, summarise  # noqa: E402
 from addon.core.report.make_report import write  # noqa: E402
 from addon.core.report.plots import COLORS, Diagram  # noqa: E402
 
@@ -97,13 +97,19 @@ def main() -> int:
 def compare(base: Path, new: Path) -> int:
     """Print what is worse; 1 where something is."""
     try:
-        summaries = [json.loads(path.read_text(encoding="utf-8")) for path in (base, new)]
+        summaries = [summary_in(path) for path in (base, new)]
     except (OSError, ValueError) as error:
-        print(f"Cannot compare: {error}. Run make report first, and give a summary.json as BASE.", file=sys.stderr)
+        print(f"Cannot compare: {error}. Run make report first, and give its summary.json as BASE.", file=sys.stderr)
         return 2
     found = differences(*summaries)
     print("\n".join(found) or f"Nothing is worse than in {base}.")
     return 1 if found else 0
+
+
+def summary_in(path: Path) -> Summary:
+    """Of a summary.json, or of a whole report.json."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return summarise(content) if "work_precision" in content else content
 
 
 if __name__ == "__main__":

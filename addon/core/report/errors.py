@@ -40,7 +40,8 @@ def compare(model: Model, ends: RayEnds, truth: Truth) -> Errors:
     if model.has_far_side:
         sides = [model.far_side(np.pad(which.position, ((0, 0), (0, 3)))) for which in (ends, truth)]
         elsewhere |= escaped & (sides[0] != sides[1])
-    both = escaped & ~elsewhere & truth.converged
+    left = (ends.status == Status.LEFT_DOMAIN) & (truth.status == Status.LEFT_DOMAIN)
+    both = (escaped | left) & ~elsewhere & truth.converged
     angle = np.full(len(elsewhere), np.nan)
     angle[both] = angles(ends.direction[both].astype(np.float64), truth.direction[both])
     with np.errstate(invalid="ignore"):

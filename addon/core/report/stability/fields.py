@@ -1,0 +1,156 @@
+"""Forces and indices at the edge: singular centres, thin fronts, stiff flows and stiff damping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...models import MODELS
+from ...reference import angles, true_ends
+from ...settings import INTEGRATORS
+from ...status import Status
+from ...trace import trace_rays
+from .record import EPSILON, EXACT, counted, ended_well, record, worst
+
+METHODS = [name for name in INTEGRATORS if name in ("dormand_prince_54", "rosenbrock_23")]  # explicit; L-stable
+
+
+def head_on(quick: bool) -> list[dict]:
+    """Rays straight at a singular centre and just beside it, attracted and repelled."""
+    records = []
+    for xi in ("coulomb", "yukawa"):
+        for kind, strength in (("attractive", 1.0), ("repulsive", -1.0)):
+            model = MODELS["radial_potential"](xi=xi, k=strength, zeta=-strength)
+            b = np.array([0.0, 1e-6, 1e-3])
+            positions = np.stack([np.full(3, -10.0), b, np.zeros(3)], axis=1)
+            ends = trace_rays(model, positions, np.tile([1.0, 0.0, 0.0], (3, 1)), EXACT)
+            for row in range(3):
+                records.append(
+                    record(
+                        model.name,
+                        f"{xi}, {kind}, b = {b[row]:g}",
+                        "a named status; drift reported",
+                        "drift of energy and angular momentum",
+                        ends.invariant_drift[row],
+                        holds=ended_well(ends),
+                        statuses=counted(ends.status[row : row + 1]),
+                    )
+                )
+    return records
+
+
+def thin_fronts(quick: bool) -> list[dict]:
+    """A ball of n = 1.5 behind a front that becomes thinner, against Snell's law at a sharp one; and an explosion,
+    against DOP853. Float32 rounds x in every step, and with it n by the roundings of x over the thickness.
+    """
+    b = np.linspace(0.02, 0.95, 20 if quick else 80)
+    positions = np.stack([np.full(len(b), -5.0), b, np.zeros(len(b))], axis=1).astype(np.float32).astype(float)
+    directions = np.tile([1.0, 0.0, 0.0], (len(b), 1))
+    snell = 2.0 * (np.arcsin(positions[:, 1]) - np.arcsin(positions[:, 1] / 1.5))
+    records = []
+    for thickness in (1e-1, 1e-2, 1e-3, 1e-4):
+        model = MODELS["refraction"](medium="shell", strength=0.5, thickness=thickness)
+        ends = trace_rays(model, positions, directions, EXACT)
+        out = ends.status == Status.ESCAPED
+        turned = np.arctan2(-ends.direction[out, 1].astype(float), ends.direction[out, 0].astype(float))
+        floor = 2.0 * EPSILON * 0.5 / thickness * float(ends.steps.max())
+        records.append(
+            record(
+                model.name,
+                thickness,
+                "Snell's law to the thickness / R and float32's floor; no ray at the step limit",
+                "largest error of rays that escape, rad",
+                worst(np.abs(turned - snell[out])),
+                thickness + floor,
+                also=ended_well(ends) and not (ends.status == Status.STEP_LIMIT).any(),
+                statuses=counted(ends.status),
+                mean_step=float(np.sum(ends.parameter, dtype=float) / ends.steps.sum()),
+                steps_max=int(ends.steps.max()),
+            )
+        )
+    for thickness in (1e-1, 1e-2) if quick else (1e-1, 1e-2, 1e-3, 1e-4):
+        few = slice(None, None, 4)
+        model = MODELS["refraction"](medium="explosion", strength=0.5, thickness=thickness)
+        ends = trace_rays(model, positions[few], directions[few], EXACT)
+        truth = true_ends(model, positions[few], directions[few])
+        out = (ends.status == Status.ESCAPED) & truth.converged & (truth.status == Status.ESCAPED)
+        records.append(
+            record(
+                model.name,
+                f"explosion, {thickness:g}",
+                "a named status, no ray at the step limit; error reported",
+                "largest error of rays that escape, rad",
+                worst(angles(ends.direction[out].astype(float), truth.direction[out])),
+                holds=ended_well(ends) and not (ends.status == Status.STEP_LIMIT).any(),
+                statuses=counted(ends.status),
+                mean_step=float(np.sum(ends.parameter, dtype=float) / ends.steps.sum()),
+                steps_max=int(ends.steps.max()),
+            )
+        )
+    return records
+
+
+def stiff_flows(quick: bool) -> list[dict]:
+    """Rössler with γ = 100 and Lorenz with ρ = 1000, as a flow and as a force.
+
+    A tolerance a hundred times tighter takes a method of fifth order 100^(1/5) = 2.5 times the steps, and one whose
+    estimate is of third order 100^(1/3) = 4.6 times. Where it takes fewer, stability and not accuracy holds the steps short.
+    """
+    generator = np.random.default_rng(12)
+    positions = generator.uniform(-1.0, 1.0, (16, 3)) + 1.0
+    directions = generator.normal(size=(16, 3))
+    records = []
+    for name, values in (("roessler", {"gamma": 100.0}), ("lorenz", {"rho": 1000.0})):
+        for mode in ("flow", "force"):
+            model = MODELS[name](mode=mode, plane_distance=0.0, **values)
+            for method in METHODS:
+                loose, tight = (
+                    trace_rays(model, positions, directions, replace(EXACT, integrator=method, tolerance=tolerance))
+                    for tolerance in (1e-2, 1e-4)
+                )
+                limit = (loose.status == Status.STEP_LIMIT).any() or (tight.status == Status.STEP_LIMIT).any()
+                records.append(
+                    record(
+                        name,
+                        f"{mode}, {', '.join(f'{key} = {value:g}' for key, value in values.items())}, {method}",
+                        "a named status within the step limit; ratio reported",
+                        "steps at tolerance 1e-4 / steps at 1e-2",
+                        float(tight.steps.sum() / loose.steps.sum()),
+                        holds=ended_well(loose) and ended_well(tight) and not limit,
+                        statuses=counted(tight.status),
+                        mean_step=float(np.sum(loose.parameter, dtype=float) / loose.steps.sum()),
+                        steps_max=int(tight.steps.max()),
+                    )
+                )
+    return records
+
+
+def damping(quick: bool) -> list[dict]:
+    """dv/dτ = −κ v comes to rest at x = d / κ: x(τ) = d (1 − exp(−κτ)) / κ. It begins at the centre, where float32 has
+    digits for so short a way, and never escapes: it ends at the step limit.
+    """
+    directions = np.random.default_rng(3).normal(size=(8, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    records = []
+    for kappa in 10.0 ** np.arange(7):
+        forces = {f"f{axis}": f"-kappa * v{axis}" for axis in "xyz"}
+        model = MODELS["custom"](**forces, parameters={"kappa": float(kappa)})
+        for method in METHODS:
+            settings = replace(EXACT, integrator=method, tolerance=1e-5, max_steps=2000)
+            ends = trace_rays(model, np.zeros((8, 3)), directions, settings)
+            error = np.linalg.norm(ends.position * kappa - directions, axis=1)
+            records.append(
+                record(
+                    "custom",
+                    f"kappa = {kappa:g}, {method}",
+                    "rests within 1e-4 of its way, or a counted, named failure",
+                    "error of the way / the way",
+                    error.max(),
+                    1e-4,
+                    also=ended_well(ends),
+                    statuses=counted(ends.status),
+                    steps_max=int(ends.steps.max()),
+                )
+            )
+    return records
