@@ -45,7 +45,7 @@ class Truth:
     @property
     def converged(self) -> np.ndarray:
         """bool, (n,): whether this is a reference."""
-        ended = np.isin(self.status, (Status.RUNNING, Status.ESCAPED, Status.ABSORBED))
+        ended = np.isin(self.status, (Status.RUNNING, Status.ESCAPED, Status.ABSORBED, Status.LEFT_DOMAIN))
         return ended & (self.uncertainty <= CONVERGED)
 
     def __getitem__(self, rows) -> Truth:

@@ -279,9 +279,13 @@ def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> N
     """Where the module of the extreme cases is there."""
     if importlib.util.find_spec(f"{__package__}.stability") is None:
         return
-    stability = importlib.import_module(f"{__package__}.stability")
-    report.stability = stability.run(quick, progress)
+    run = getattr(importlib.import_module(f"{__package__}.stability"), "run", None)
+    if run is None:
+        return
+    report.stability = run(quick, progress)
+    judged = [row for row in report.stability if row.get("holds") is not None]
     page.section("Stability")
+    page.text(f"{sum(row['holds'] for row in judged)} of {len(judged)} expectations hold.", advice=True)
     keys = dict.fromkeys(key for row in report.stability for key in row)
     page.table(report.stability, {key: key.replace("_", " ") for key in keys})
 
