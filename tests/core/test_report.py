@@ -15,7 +15,7 @@ from addon.core.report.methods import METHODS, papers_default, too_many_steps
 from addon.core.report.page import Page
 from addon.core.report.plots import HEIGHT, LEFT, RIGHT, WIDTH, Curve, Diagram
 from addon.core.report.work_precision import mark_front, recommendation
-from addon.core.settings import INTEGRATORS, PIPELINES, Settings
+from addon.core.settings import INTEGRATORS, PIPELINES, WITH_ERROR_ESTIMATE, Settings
 
 CASES = {case.title: case for case in built_in()}
 
@@ -43,7 +43,7 @@ def test_every_model_has_a_case():
 
 def test_every_method_has_six_settings():
     model = MODELS["schwarzschild"]()
-    assert len(METHODS) == len(PIPELINES) * (2 * len(INTEGRATORS) + 2)
+    assert len(METHODS) == len(PIPELINES) * (2 * len(INTEGRATORS) + len(WITH_ERROR_ESTIMATE))
     for method in METHODS:
         tried = list(method.settings(model, 1000))
         assert len({value for value, _ in tried}) >= 6

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..scene import Camera, Environment, Material, Scene, Spheres, Triangles
 from ..settings import PASSES, Settings
 from ..trace import render
 from .cases import built_in, look_at_centre
-from .work_precision import Effort, Progress, precision, work
+from .work_precision import WARM_UP, Effort, Progress, precision, work
 
 FUSED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 PAPER = Settings(pipeline="paper", integrator="euler", step_control="doubling", tolerance=1e-3)
@@ -77,7 +78,7 @@ def half_floats(effort: Effort) -> list[dict]:
             chosen = replace(settings, ray_bits=bits)
             row = {"model": case.name, "case": case.title, "integrator": chosen.integrator, "ray_bits": bits}
             row |= precision(case, chosen, positions, directions, truth)
-            row |= work(case.small(effort.picture, effort.picture), chosen, effort)
+            row |= work(case, chosen, effort)
             rows.append(row)
     return rows
 
@@ -127,12 +128,13 @@ def _balls() -> Spheres:
 
 
 def timed(scene: Scene, settings: Settings, effort: Effort) -> tuple[float, np.ndarray]:
-    """Milliseconds of tracing, the least of several after a warm-up, and the picture. A slow one is its own warm-up."""
-    frame = render(scene, settings)
-    times = [frame.statistics.milliseconds["trace"]]
-    if times[0] < 1e3 * effort.patience:
-        times = [render(scene, settings).statistics.milliseconds["trace"] for _ in range(effort.repeats)]
-    return min(times), frame.passes["Combined"]
+    """Milliseconds of tracing, the least of several after a warm-up of a few pixels, and the picture."""
+    few = replace(scene.camera, width=WARM_UP, height=WARM_UP)
+    render(replace(scene, camera=few), settings)
+    frames, begin = [], time.perf_counter()
+    while len(frames) < effort.repeats and (not frames or time.perf_counter() - begin < effort.patience):
+        frames.append(render(scene, settings))
+    return min(frame.statistics.milliseconds["trace"] for frame in frames), frames[0].passes["Combined"]
 
 
 def _geometry_left_out(scene: Scene, effort: Effort) -> dict:

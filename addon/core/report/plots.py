@@ -9,6 +9,7 @@ from html import escape
 
 WIDTH, HEIGHT = 900, 520
 LEFT, RIGHT, TOP, BOTTOM = 70, 270, 40, 50  # margins; the right one holds the legend
+LEGEND_LINE = 16
 COLORS = ("#3b6fb6", "#d1495b", "#2e8b57", "#8a5fbf", "#c98a1b", "#444444")
 DASHES = ("", "7 4", "2 3")
 
@@ -61,7 +62,7 @@ class Diagram:
             parts.append(_line([(x_axis(x), y_axis(y)) for x, y in self.front], "#bbbbbb", 7))
         for row, curve in enumerate(self.curves):
             parts += _curve(curve, [(x_axis(x), y_axis(y)) for x, y in curve.shown])
-            parts += _legend(curve, TOP + 8 + 18 * row)
+            parts += _legend(curve, TOP + 8 + LEGEND_LINE * row)
         for x, y, text in self.marks:
             if 0 < x < math.inf and 0 < y < math.inf:
                 at = x_axis(x), y_axis(y)

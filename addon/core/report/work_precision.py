@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..reference import Truth, true_ends
-from ..scene import Scene
 from ..settings import Settings
 from ..trace import render, trace_rays
 from . import errors
@@ -18,6 +17,7 @@ from .cases import Case
 from .methods import METHODS, SEGMENTS, Method, papers_default, too_many_steps
 
 Progress = Callable[[float, str], None]
+WARM_UP = 4  # pixels a side
 GOALS = (1.0, 0.1)  # pixels, of the 99th percentile
 FAILED = 50.0  # percent of the rays, from which on a setting has failed and is not timed
 MARGIN = 0.25  # of the goal: measured, the 99th percentile of other rays of the picture was 3.7 times as large
@@ -102,7 +102,7 @@ def _record(
         return row | NO_PRECISION | NO_WORK | {"ns_per_ray_step": float("nan")}
     row |= precision(case, settings, positions, directions, truth)
     usable = row["failed_percent"] < FAILED
-    row |= work(case.small(effort.picture, effort.picture), settings, effort) if usable else NO_WORK
+    row |= work(case, settings, effort) if usable else NO_WORK
     return row | {"ns_per_ray_step": row["ns_per_ray"] / max(row["steps_mean"], 1.0)}
 
 
@@ -128,24 +128,23 @@ def precision(
     }
 
 
-def work(scene: Scene, settings: Settings, effort: Effort) -> dict[str, float]:
-    """The time that tracing takes: the least of several, and the median, after a warm-up that compiles. Where one takes
-    longer than the patience, it is the only one.
+def work(case: Case, settings: Settings, effort: Effort) -> dict[str, float]:
+    """The time that tracing takes: the least of several, and the median. The warm-up is a picture of a few pixels:
+    drivers compile at the first draw.
     """
     settings = replace(settings, passes=("Direction",))
-    warm_up = render(scene, settings).statistics
-    times = [warm_up.milliseconds["trace"]]
-    if times[0] < 1e3 * effort.patience:
-        begin, times = time.perf_counter(), []
-        while len(times) < effort.repeats and (not times or time.perf_counter() - begin < effort.patience):
-            times.append(render(scene, settings).statistics.milliseconds["trace"])
+    compiled = render(case.small(WARM_UP, WARM_UP), settings).statistics.milliseconds["compile"]
+    scene, begin, times = case.small(effort.picture, effort.picture), time.perf_counter(), []
+    while len(times) < effort.repeats and (not times or time.perf_counter() - begin < effort.patience):
+        times.append(render(scene, settings).statistics.milliseconds["trace"])
+    rays = effort.picture**2
     return {
         "time_min_ms": min(times),
         "time_median_ms": statistics.median(times),
         "repeats": len(times),
-        "compile_ms": warm_up.milliseconds["compile"],
-        "rays_per_second": 1e3 * warm_up.ray_count / min(times),
-        "ns_per_ray": 1e6 * min(times) / warm_up.ray_count,
+        "compile_ms": compiled,
+        "rays_per_second": 1e3 * rays / min(times),
+        "ns_per_ray": 1e6 * min(times) / rays,
     }
 
 
