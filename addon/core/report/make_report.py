@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 import json
 import math
 import os
@@ -19,7 +18,7 @@ from ..reference import true_ends
 from ..scene import Scene
 from ..settings import Settings
 from ..trace import render
-from . import ablation, error_map, png
+from . import ablation, error_map, png, stability
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .compare import summarise
@@ -92,7 +91,7 @@ def write(
         _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.7, 1.0))
     else:
         _ablation(report, page, effort, _part(progress, 0.7, 0.8))
-        _stability(report, page, quick, _part(progress, 0.8, 1.0))
+        diagrams |= _stability(report, page, quick, _part(progress, 0.8, 1.0))
     progress(1.0, "Writing")
     folder.mkdir(parents=True, exist_ok=True)
     for name, diagram in diagrams.items():
@@ -275,21 +274,37 @@ def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) ->
     page.table(report.half_floats, HALF_COLUMNS)
 
 
-def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> None:
-    """Where the module of the extreme cases is there."""
-    if importlib.util.find_spec(f"{__package__}.stability") is None:
-        return
-    run = getattr(importlib.import_module(f"{__package__}.stability"), "run", None)
-    if run is None:
-        return
-    report.stability = run(quick, progress)
-    judged = [row for row in report.stability if row.get("holds") is not None]
+def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> dict[str, Diagram]:
+    report.stability = stability.run(quick, progress)
+    judged = [row for row in report.stability if row["holds"] is not None]
+    failed = [row for row in judged if not row["holds"]]
     page.section("Stability")
-    page.text(f"{sum(row['holds'] for row in judged)} of {len(judged)} expectations hold.", advice=True)
-    keys = dict.fromkeys(key for row in report.stability for key in row)
-    page.table(report.stability, {key: key.replace("_", " ") for key in keys})
+    page.text(
+        f"{len(judged) - len(failed)} of {len(judged)} expectations hold.",
+        *(f"Does not hold: {row['case']}, {row['model']}, {row['value']}: {row['expectation']}." for row in failed),
+        advice=True,
+    )
+    drawn = stability.diagrams(report.stability)
+    for diagram in drawn:
+        page.raw(diagram.as_svg())
+    page.table([row | {"holds": VERDICTS[row["holds"]]} for row in report.stability], STABILITY_COLUMNS)
+    return {f"stability_{_file_name(diagram.title)}": diagram for diagram in drawn}
 
 
+VERDICTS = {True: "yes", False: "NO", None: "reported"}
+STABILITY_COLUMNS = {
+    "case": "case",
+    "model": "model",
+    "value": "value",
+    "expectation": "expectation",
+    "measure": "measured",
+    "figure": "figure",
+    "bound": "bound",
+    "holds": "holds",
+    "statuses": "rays",
+    "steps_max": "most steps",
+    "mean_step": "mean step, τ",
+}
 ERROR_COLUMNS = {
     "error_max_px": "max, px",
     "error_rms_px": "RMS, px",

@@ -10,7 +10,7 @@ from ...models import MODELS
 from ...reference import angles, true_ends
 from ...settings import INTEGRATORS
 from ...status import Status
-from ...trace import trace_rays
+from ...trace import RayEnds, trace_rays
 from .record import EPSILON, EXACT, counted, ended_well, record, worst
 
 METHODS = [name for name in INTEGRATORS if name in ("dormand_prince_54", "rosenbrock_23")]  # explicit; L-stable
@@ -42,7 +42,8 @@ def head_on(quick: bool) -> list[dict]:
 
 def thin_fronts(quick: bool) -> list[dict]:
     """A ball of n = 1.5 behind a front that becomes thinner, against Snell's law at a sharp one; and an explosion,
-    against DOP853. Float32 rounds x in every step, and with it n by the roundings of x over the thickness.
+    against DOP853. Float32 rounds x in every step, and with it n by 0.5 roundings of x over the thickness. These add up
+    as a random walk, of which the bound allows two standard deviations, over the cosine of incidence.
     """
     b = np.linspace(0.02, 0.95, 20 if quick else 80)
     positions = np.stack([np.full(len(b), -5.0), b, np.zeros(len(b))], axis=1).astype(np.float32).astype(float)
@@ -54,7 +55,7 @@ def thin_fronts(quick: bool) -> list[dict]:
         ends = trace_rays(model, positions, directions, EXACT)
         out = ends.status == Status.ESCAPED
         turned = np.arctan2(-ends.direction[out, 1].astype(float), ends.direction[out, 0].astype(float))
-        floor = 2.0 * EPSILON * 0.5 / thickness * float(ends.steps.max())
+        floor = 2.0 * np.sqrt(ends.steps.max()) * 0.5 * EPSILON / thickness / np.sqrt(1.0 - b.max() ** 2)
         records.append(
             record(
                 model.name,
@@ -65,26 +66,29 @@ def thin_fronts(quick: bool) -> list[dict]:
                 thickness + floor,
                 also=ended_well(ends) and not (ends.status == Status.STEP_LIMIT).any(),
                 statuses=counted(ends.status),
-                mean_step=float(np.sum(ends.parameter, dtype=float) / ends.steps.sum()),
+                mean_step=_mean_step(ends),
                 steps_max=int(ends.steps.max()),
             )
         )
-    for thickness in (1e-1, 1e-2) if quick else (1e-1, 1e-2, 1e-3, 1e-4):
-        few = slice(None, None, 4)
+    few = slice(None, None, 4)
+    for thickness in (1e-1, 1e-2, 1e-3, 1e-4):
         model = MODELS["refraction"](medium="explosion", strength=0.5, thickness=thickness)
         ends = trace_rays(model, positions[few], directions[few], EXACT)
-        truth = true_ends(model, positions[few], directions[few])
-        out = (ends.status == Status.ESCAPED) & truth.converged & (truth.status == Status.ESCAPED)
+        error = float("nan")
+        if thickness >= 1e-2 and not quick:  # a minute of float64
+            truth = true_ends(model, positions[few], directions[few])
+            out = (ends.status == Status.ESCAPED) & truth.converged & (truth.status == Status.ESCAPED)
+            error = worst(angles(ends.direction[out].astype(float), truth.direction[out]))
         records.append(
             record(
                 model.name,
                 f"explosion, {thickness:g}",
                 "a named status, no ray at the step limit; error reported",
                 "largest error of rays that escape, rad",
-                worst(angles(ends.direction[out].astype(float), truth.direction[out])),
+                error,
                 holds=ended_well(ends) and not (ends.status == Status.STEP_LIMIT).any(),
                 statuses=counted(ends.status),
-                mean_step=float(np.sum(ends.parameter, dtype=float) / ends.steps.sum()),
+                mean_step=_mean_step(ends),
                 steps_max=int(ends.steps.max()),
             )
         )
@@ -95,7 +99,8 @@ def stiff_flows(quick: bool) -> list[dict]:
     """Rössler with γ = 100 and Lorenz with ρ = 1000, as a flow and as a force.
 
     A tolerance a hundred times tighter takes a method of fifth order 100^(1/5) = 2.5 times the steps, and one whose
-    estimate is of third order 100^(1/3) = 4.6 times. Where it takes fewer, stability and not accuracy holds the steps short.
+    estimate is of third order 100^(1/3) = 4.6 times. Where it takes fewer, stability and not accuracy keeps the steps
+    short.
     """
     generator = np.random.default_rng(12)
     positions = generator.uniform(-1.0, 1.0, (16, 3)) + 1.0
@@ -119,7 +124,7 @@ def stiff_flows(quick: bool) -> list[dict]:
                         float(tight.steps.sum() / loose.steps.sum()),
                         holds=ended_well(loose) and ended_well(tight) and not limit,
                         statuses=counted(tight.status),
-                        mean_step=float(np.sum(loose.parameter, dtype=float) / loose.steps.sum()),
+                        mean_step=_mean_step(loose),
                         steps_max=int(tight.steps.max()),
                     )
                 )
@@ -150,7 +155,13 @@ def damping(quick: bool) -> list[dict]:
                     1e-4,
                     also=ended_well(ends),
                     statuses=counted(ends.status),
+                    mean_step=_mean_step(ends),
                     steps_max=int(ends.steps.max()),
                 )
             )
     return records
+
+
+def _mean_step(ends: RayEnds) -> float:
+    """τ"""
+    return float(np.sum(ends.parameter, dtype=float) / np.sum(ends.steps))

@@ -12,7 +12,9 @@ import numpy as np
 
 
 def outline(a: float, inclination: float, phase: np.ndarray) -> np.ndarray:
-    """Radii, M, at the angles `phase`, (n,), from the right of the picture. a : in (0, 1];  inclination : from the axis"""
+    """a : in (0, 1];  inclination : of the camera, from the axis
+    phase : (n,), angles in the picture, from its right -> radii, (n,), M
+    """
     prograde, retrograde = (2.0 * (1.0 + np.cos(2.0 / 3.0 * np.arccos(sign * a))) for sign in (-1, 1))
     r = np.linspace(max(prograde, 1.0 + 1e-7), retrograde, 400_001)
     delta = r * r - 2.0 * r + a * a

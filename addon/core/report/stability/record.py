@@ -44,7 +44,7 @@ def record(
         "expectation": expectation,
         "measure": measure,
         "figure": float(figure),
-        "bound": bound,
+        "bound": None if bound is None else float(bound),
         "holds": holds,
         "statuses": statuses,
         **more,

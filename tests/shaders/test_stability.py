@@ -1,0 +1,46 @@
+"""The extreme cases of physics.md, Section 3, in quick form: the report's own cases, each with its expectation."""
+
+import numpy as np
+import pytest
+
+from addon.core.report.stability import CASES, diagrams
+from addon.core.report.stability.kerr_outline import outline
+
+RECORDS = {}  # of the cases that have been run
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_expectation_holds(name):
+    records = RECORDS[name] = CASES[name](True)
+    assert records
+    for row in records:
+        bound = "" if row["bound"] is None else f"; bound {row['bound']:.1e}"
+        print(f"{row['model']}, {row['value']}: {row['measure']} {row['figure']:.2e}{bound}; {row['statuses']}")
+    assert [row for row in records if row["holds"] is False] == []
+
+
+def test_every_sweep_has_a_diagram(egl):
+    for name in ("near-critical rays", "long run", "thin front"):
+        RECORDS.setdefault(name, None)
+        RECORDS[name] = RECORDS[name] or CASES[name](True)
+    records = [{"case": name} | row for name, rows in RECORDS.items() for row in rows]
+    for diagram in diagrams(records):
+        assert all(len(curve.shown) >= 2 for curve in diagram.curves), diagram.title
+
+
+def test_the_drift_of_a_symplectic_method_is_bounded(egl):
+    """Verlet's energy error swings and does not grow; Euler's and Runge and Kutta's grow with the steps."""
+    rows = {(row["integrator"], row["value"]): row["figure"] for row in CASES["long run"](True)}
+    growth = {name: rows[name, 100_000] / rows[name, 1_000] for name in ("euler", "verlet", "runge_kutta_4")}
+    print(f"growth of the drift from 1e3 to 1e5 steps: {growth}")
+    assert growth["euler"] > 50 and growth["runge_kutta_4"] > 50
+    assert growth["verlet"] < 10
+
+
+def test_bardeens_outline_has_its_known_points():
+    """b+ and b- of physics.md for a = 0.9 in the equator, to a hundredth of a pixel of 16 M / 1024; a circle of radius
+    3 sqrt 3 M, moved by 2 a, for a slow hole.
+    """
+    left_and_right = outline(0.9, np.pi / 2, np.array([np.pi, 0.0]))
+    assert np.sort(left_and_right) == pytest.approx([2.844421, 6.832319], abs=1.5e-4)
+    assert outline(1e-3, np.pi / 3, np.linspace(0, 2 * np.pi, 9)) == pytest.approx(np.sqrt(27), abs=3e-3)
