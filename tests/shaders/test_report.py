@@ -12,7 +12,7 @@ from addon.core.report.cases import built_in, of_scene
 from addon.core.report.dangers import sentences
 from addon.core.report.make_report import MAPPED, write
 from addon.core.report.methods import Method
-from addon.core.report.work_precision import Effort, precision, run_case, work
+from addon.core.report.work_precision import Effort, bounding_sphere_floor, precision, run_case, work
 from addon.core.scene import Scene
 from addon.core.settings import Settings
 from addon.core.trace import Cancelled, render, trace_rays
@@ -80,6 +80,16 @@ def test_the_promised_error_is_the_rendered_one(egl):
         truth = true_ends(case.model, positions, directions)
         found.append(precision(case, MAPPED, positions, directions, truth)["error_p99_px_outside_band"])
     assert 0.5 < found[0] / found[1] < 2.0
+
+
+def test_floor_of_the_bounding_sphere(egl):
+    """A ray that leaves at r has still to turn by about 3 M b^3 / 4 r^4: at 100 M, with b from 5.2 to some 12 M."""
+    positions, directions = HOLE_CASE.rays(8)
+    truth = true_ends(HOLE_CASE.model, positions, directions)
+    floor = bounding_sphere_floor(HOLE_CASE, positions, directions, truth)
+    assert 0.75 * 5.2**3 / 1e8 < floor < 1.2 * 0.75 * 14**3 / 1e8
+    lens = CASES["Luneburg lens"]
+    assert bounding_sphere_floor(lens, *lens.rays(8), true_ends(lens.model, *lens.rays(8))) < 1e-9
 
 
 def test_error_map_shows_shadow_and_band(egl):

@@ -125,7 +125,8 @@ def _work_precision(
         "pixels: the least of up to "
         f"{effort.repeats} runs after a warm-up.",
         "Grey: the Pareto front. A ring marks the paper's default: Euler, n_integration 10, step doubling.",
-        "The curves fall with the order of the method until they meet the floor that float32 puts under all of them.",
+        "The curves fall with the order of the method until they meet a floor: float32's rounding, which grows again "
+        "with the number of steps, or, with constant steps, what the bounding sphere cuts off.",
     )
     diagrams = {}
     for index, case in enumerate(cases):
@@ -135,7 +136,11 @@ def _work_precision(
         diagrams[f"work_precision_{_file_name(case.title)}"] = diagram
         page.heading(case.title)
         page.text(*(sentence(rows, goal) for goal in GOALS), advice=True)
-        page.text(f"{rows[0]['unresolved']} of {rows[0]['rays']} rays have no converged reference.")
+        page.text(
+            f"{rows[0]['unresolved']} of {rows[0]['rays']} rays have no converged reference.",
+            f"Constant steps end at the bounding sphere, where rays have still to turn by "
+            f"{rows[0]['bounding_sphere_px']:.2g} pixel (99th percentile): their curves fall to this.",
+        )
         page.raw(diagram.as_svg())
         page.table(rows, WORK_COLUMNS, folded=f"All {len(rows)} settings")
     return diagrams

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..reference import Truth, true_ends
+from ..reference import Truth, angles, true_ends
 from ..settings import Settings
+from ..status import Status
 from ..trace import render, trace_rays
 from . import errors
 from .cases import Case
@@ -18,6 +19,7 @@ from .methods import METHODS, SEGMENTS, Method, papers_default, too_many_steps
 
 Progress = Callable[[float, str], None]
 WARM_UP = 4  # pixels a side
+SHARE_OF_FLOOR = 8  # every eighth ray
 GOALS = (1.0, 0.1)  # pixels, of the 99th percentile
 FAILED = 50.0  # percent of the rays, from which on a setting has failed and is not timed
 MARGIN = 0.25  # of the goal: measured, the 99th percentile of other rays of the picture was 3.7 times as large
@@ -73,7 +75,21 @@ def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
         row = _record(case, method, settings.tolerance, settings, positions, directions, truth, effort)
         rows.append(row | {"papers_default": True})
     mark_front(rows)
-    return rows
+    floor = bounding_sphere_floor(case, positions, directions, truth) / case.pixel
+    return [row | {"bounding_sphere_px": floor} for row in rows]
+
+
+def bounding_sphere_floor(case: Case, positions: np.ndarray, directions: np.ndarray, truth: Truth) -> float:
+    """What no constant step can improve: the 99th percentile of the angle, radians, by which true rays have still to
+    turn where the shaders end them. Of a part of the rays.
+    """
+    some = np.arange(0, len(positions), SHARE_OF_FLOOR)
+    radius = case.model.escape_radius(0.0)
+    if not case.model.straight_far_out() or radius <= 0.0:
+        return 0.0
+    ended, far = true_ends(case.model, positions[some], directions[some], radius=radius), truth[some]
+    both = (ended.status == Status.ESCAPED) & (far.status == Status.ESCAPED) & ended.converged & far.converged
+    return float(np.percentile(angles(ended.direction[both], far.direction[both]), 99)) if both.any() else float("nan")
 
 
 def _record(
