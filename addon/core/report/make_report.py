@@ -40,7 +40,7 @@ from .work_precision import (
 )
 
 MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
-MAP_SIDE = {True: 48, False: 96}  # quick or not: pixels of the error map
+MAP_SIDE = {True: 32, False: 96}  # quick or not: pixels of the error map
 DrawPng = Callable[[Diagram, Path], None]
 
 
