@@ -13,7 +13,7 @@ from pathlib import Path
 
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
 VERSION = "#version 330 core\n"
-COMMON = ("common/types", "common/status", "common/texels", "common/finite", "common/angles")
+COMMON = ("common/types", "common/status", "common/texels", "common/finite", "common/angles", "common/progress")
 
 
 class ShaderError(RuntimeError):

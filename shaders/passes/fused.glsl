@@ -255,6 +255,7 @@ void main() {
 #else
         float next = next_step(h, attempt.error);
 #endif
+        bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
         if (stands) {
             s = attempt.state;
             rate = rate_behind;
@@ -267,7 +268,7 @@ void main() {
 #ifdef TIMED
         else if (time_left(tau) <= 0.0) status = LEFT_DOMAIN;
 #endif
-        else if (!stands && h < u_smallest_step) status = STEP_TOO_SMALL;
+        else if (too_small) status = STEP_TOO_SMALL;
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #else
 #ifdef TIMED

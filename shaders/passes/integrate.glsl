@@ -71,6 +71,7 @@ void main() {
         next = min(next, h * inversesqrt(max(excess, 0.04)));
         if (excess > 1.5) stands = false;
 #endif
+        bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
         if (stands) {
             s = attempt.state;
             tau += h;
@@ -79,7 +80,7 @@ void main() {
         }
         h = next;
         // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
-        if (!stands && h < u_smallest_step) {
+        if (too_small) {
             h = -h;
             break;
         }

@@ -43,7 +43,7 @@ void main() {
     float h = next_step(v.w, error);
     bool stands = accepted(error) && v.w <= 1.001 * longest_in_segment(start);
     // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
-    if (!stands && h < u_smallest_step) h = -h;
+    if (h <= v.w && (!stands && h < u_smallest_step || stalls(start, h))) h = -h;
 
     RayState s = start;
     if (stands) s = half_steps;

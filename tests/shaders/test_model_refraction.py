@@ -421,7 +421,9 @@ def test_thin_fronts_converge_to_snells_law():
 @pytest.mark.parametrize("thickness", [1e-4, 1e-5, 1e-6])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_the_thinnest_fronts_end_in_a_named_status(thickness, tolerance):
-    """Below 1e-4 R the front is some hundred ulps of float32 thick: no bound but that rays end, by name, and finite."""
+    """Below 1e-4 R the front is some hundred ulps of float32 thick: no bound but that rays end, by name, and finite. One
+    whose steps no longer move it is told so, and does not go on to the step limit.
+    """
     model = REFRACTION(medium="shell", strength=0.5, thickness=thickness)
     x, d, _, _ = beam(BALL)
     settings = Settings(
@@ -429,7 +431,7 @@ def test_the_thinnest_fronts_end_in_a_named_status(thickness, tolerance):
     )
     ends = trace_rays(model, x, d, settings)
     print(f"\n{thickness:g}, tolerance {tolerance:g}: {np.bincount(ends.status, minlength=8).tolist()} by status")
-    assert (ends.status >= Status.HIT).all()
+    assert np.isin(ends.status, (Status.ESCAPED, Status.STEP_TOO_SMALL)).all()
     assert all(np.isfinite(values).all() for values in vars(ends).values())
 
 
