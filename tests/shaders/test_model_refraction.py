@@ -421,8 +421,8 @@ def test_thin_fronts_converge_to_snells_law():
 @pytest.mark.parametrize("thickness", [1e-4, 1e-5, 1e-6])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_the_thinnest_fronts_end_in_a_named_status(thickness, tolerance):
-    """Below 1e-4 R the front is some hundred ulps of float32 thick: no bound but that rays end, by name, and finite. One
-    whose steps no longer move it is told so, and does not go on to the step limit.
+    """Below 1e-4 R the front is some hundred ulps of float32 thick: no bound but that rays end, by name, and finite.
+    One whose steps no longer move it is told so, and does not go on to the step limit.
     """
     model = REFRACTION(medium="shell", strength=0.5, thickness=thickness)
     x, d, _, _ = beam(BALL)
