@@ -18,6 +18,10 @@ TEXTS = {  # choice -> its label and description
     "runge_kutta_4": ("Runge-Kutta 4", "The classical method of fourth order"),
     "bogacki_shampine_32": ("Bogacki-Shampine 3(2)", "Third order with an error estimate"),
     "dormand_prince_54": ("Dormand-Prince 5(4)", "Fifth order with an error estimate"),
+    "rosenbrock_32": (
+        "Rosenbrock 3(2)",
+        "Third order with an error estimate, for stiff laws such as strong friction; slower for all others",
+    ),
     "constant": ("Constant", "Every step has the same size"),
     "doubling": ("Step Doubling", "Halve or double the step by comparing one step with two halves"),
     "embedded": ("Embedded", "Every step follows the integrator's own error estimate"),

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 PIPELINES = ("paper", "fused")
-INTEGRATORS = ("euler", "verlet", "runge_kutta_4", "bogacki_shampine_32", "dormand_prince_54")
-WITH_ERROR_ESTIMATE = ("bogacki_shampine_32", "dormand_prince_54")
+INTEGRATORS = ("euler", "verlet", "runge_kutta_4", "bogacki_shampine_32", "dormand_prince_54", "rosenbrock_32")
+WITH_ERROR_ESTIMATE = ("bogacki_shampine_32", "dormand_prince_54", "rosenbrock_32")
 TOLERANCES = {"paper": 1e-3, "fused": 5e-5}  # radians; fused: directions are right to 1e-4, fronts and rims included
 STEP_CONTROLS = ("constant", "doubling", "embedded")
 OBSERVERS = ("chart", "static", "moving", "falling")

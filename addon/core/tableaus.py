@@ -134,17 +134,17 @@ def density(tree: tuple) -> int:
 
 
 def _combination(weights, part: str) -> str:
-    terms = [f"{_number(w)} * k{i}.{part}" for i, w in enumerate(weights, start=1) if w]
+    terms = [f"{literal(w)} * k{i}.{part}" for i, w in enumerate(weights, start=1) if w]
     return " + ".join(terms) or "0.0"
 
 
-def _number(value: Fraction) -> str:
+def literal(value: Fraction) -> str:
     """A float literal that float32 reads back exactly as the nearest float32."""
     text = f"{float(value):.17g}"
     return text if any(mark in text for mark in ".e") else f"{text}.0"
 
 
-def _row(text: str) -> tuple[Fraction, ...]:
+def fractions(text: str) -> tuple[Fraction, ...]:
     return tuple(Fraction(entry) for entry in text.split())
 
 
@@ -152,16 +152,16 @@ def _row(text: str) -> tuple[Fraction, ...]:
 RUNGE_KUTTA_4 = Tableau(
     "the classical Runge-Kutta method",
     4,
-    a=((), _row("1/2"), _row("0 1/2"), _row("0 0 1")),
-    b=_row("1/6 1/3 1/3 1/6"),
+    a=((), fractions("1/2"), fractions("0 1/2"), fractions("0 0 1")),
+    b=fractions("1/6 1/3 1/3 1/6"),
 )
 # Bogacki and Shampine, A 3(2) pair of Runge-Kutta formulas, Appl. Math. Lett. 2 (1989).
 BOGACKI_SHAMPINE_32 = Tableau(
     "Bogacki and Shampine's method",
     3,
-    a=((), _row("1/2"), _row("0 3/4"), _row("2/9 1/3 4/9")),
-    b=_row("2/9 1/3 4/9 0"),
-    embedded=_row("7/24 1/4 1/3 1/8"),
+    a=((), fractions("1/2"), fractions("0 3/4"), fractions("2/9 1/3 4/9")),
+    b=fractions("2/9 1/3 4/9 0"),
+    embedded=fractions("7/24 1/4 1/3 1/8"),
     embedded_order=2,
 )
 # Dormand and Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980).
@@ -170,15 +170,15 @@ DORMAND_PRINCE_54 = Tableau(
     5,
     a=(
         (),
-        _row("1/5"),
-        _row("3/40 9/40"),
-        _row("44/45 -56/15 32/9"),
-        _row("19372/6561 -25360/2187 64448/6561 -212/729"),
-        _row("9017/3168 -355/33 46732/5247 49/176 -5103/18656"),
-        _row("35/384 0 500/1113 125/192 -2187/6784 11/84"),
+        fractions("1/5"),
+        fractions("3/40 9/40"),
+        fractions("44/45 -56/15 32/9"),
+        fractions("19372/6561 -25360/2187 64448/6561 -212/729"),
+        fractions("9017/3168 -355/33 46732/5247 49/176 -5103/18656"),
+        fractions("35/384 0 500/1113 125/192 -2187/6784 11/84"),
     ),
-    b=_row("35/384 0 500/1113 125/192 -2187/6784 11/84 0"),
-    embedded=_row("5179/57600 0 7571/16695 393/640 -92097/339200 187/2100 1/40"),
+    b=fractions("35/384 0 500/1113 125/192 -2187/6784 11/84 0"),
+    embedded=fractions("5179/57600 0 7571/16695 393/640 -92097/339200 187/2100 1/40"),
     embedded_order=4,
 )
 

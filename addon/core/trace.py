@@ -17,6 +17,7 @@ from .models import Model
 from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
 from .pipelines.tile import IntegratorShader, ModelShader, Request, Stopwatch, TileEnds
+from .rosenbrock import ROSENBROCK_METHODS
 from .scene import Camera, Scene, SceneError
 from .settings import PASS_CHANNELS, Settings, SettingsError
 from .status import Status
@@ -298,6 +299,8 @@ def make_request(
         values["u_far_sky_color"] = tuple(far_sky.color)
         values["u_far_world_from_model"] = values["u_world_from_model"]  # a name of its own: both may be in one program
         far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
+    # What is stiff may decay within far less way than the model has a step for.
+    smallest_part = 1e-9 if settings.integrator in ROSENBROCK_METHODS else 1e-6
     model_flags = model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     return Request(
         settings=settings,
@@ -309,7 +312,7 @@ def make_request(
         cube=finite_sky(scene.environment.faces) if "color" in outputs else None,
         uniforms=values,
         first_step=step,
-        smallest_step=1e-6 * min(step, model.default_step()),
+        smallest_step=smallest_part * min(step, model.default_step()),
         escape_radius=radius,
         bends_within=model.bends_within,
         inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
@@ -327,7 +330,11 @@ def finite_sky(faces: np.ndarray | None) -> np.ndarray | None:
 
 
 def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
-    """Files for the simple methods, printed text for the tableaus. continued : as integrators/continued.glsl has it"""
+    """Files for the simple methods, printed text for the others. continued : as integrators/continued.glsl has it"""
+    if name in ROSENBROCK_METHODS:
+        method = ROSENBROCK_METHODS[name]
+        printed = ((f"integrators/{name}", method.as_glsl(continued)),)
+        return IntegratorShader(("integrators/linearised",), printed, method.embedded_order + 1)
     tableau = TABLEAUS.get(name)
     if tableau is None:
         return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from addon.core.models import MODELS
+from addon.core.rosenbrock import ROSENBROCK_METHODS
 from addon.core.settings import Settings
 from addon.core.tableaus import TABLEAUS
 from addon.core.trace import trace_rays
@@ -135,10 +136,6 @@ def in_float64(way, integrator, steps, back=False):
     """
     model, _, _, states = way.start()
 
-    def half_rounded(both):
-        both[RAYS:] = both[RAYS:].astype(np.float32)
-        return both
-
     def rhs(both):
         return half_rounded(model.rhs(half_rounded(both)))
 
@@ -146,6 +143,12 @@ def in_float64(way, integrator, steps, back=False):
     for signed in [h] * steps + [-h] * (steps if back else 0):
         both = half_rounded(step(rhs, both, signed, integrator))
     return both[:RAYS], both[RAYS:]
+
+
+def half_rounded(both):
+    """In place: the second half to float32."""
+    both[RAYS:] = both[RAYS:].astype(np.float32)
+    return both
 
 
 def euler_step(rhs, states, h, _):
@@ -173,11 +176,37 @@ def tableau_step(rhs, states, h, integrator):
     return states + h * weighted(tableau.b, slopes)
 
 
+def rosenbrock_step(rhs, states, h, integrator):
+    method, slopes = ROSENBROCK_METHODS[integrator], []
+    gamma = float(method.gamma)
+    first = rhs(states)
+    w = half_rounded(np.eye(6) - gamma * h * jacobian(rhs, states, first, gamma * h))
+    for a, c in zip(method.a, method.c, strict=True):
+        rate = rhs(states + weighted(a, slopes)) if any(a) else first
+        right = gamma * (h * rate + weighted(c, slopes))
+        slopes.append(half_rounded(np.linalg.solve(w, right[..., None])[..., 0]))
+    return states + weighted(method.m, slopes)
+
+
+def jacobian(rhs, states, first, gamma_h):
+    """(n, 6, 6) by the differences of integrators/linearised.glsl: their error is part of the method."""
+    size, moved = (np.linalg.norm(values.reshape(-1, 2, 3), axis=2) for values in (states, abs(gamma_h) * first))
+    size[:, 0] = np.maximum(size[:, 0], moved[:, 0])
+    apart = np.clip(moved / 32.0, size * 2.0**-20, size * 2.0**-12).repeat(3, axis=1)
+    columns = []
+    for j in range(6):
+        beside = states.copy()
+        beside[:, j] += apart[:, j]
+        rate = rhs(beside)  # which rounds its argument, where all is rounded
+        columns.append((rate - first) / (beside - states)[:, j : j + 1])
+    return np.stack(columns, axis=2)
+
+
 def weighted(weights, slopes):
     return sum(float(weight) * slope for weight, slope in zip(weights, slopes, strict=True))
 
 
-STEPS = {"euler": euler_step, "verlet": verlet_step}
+STEPS = {"euler": euler_step, "verlet": verlet_step, "rosenbrock_32": rosenbrock_step}
 
 
 def root_mean_square(difference):

@@ -14,6 +14,7 @@ FACTORS = {  # constant steps, in units of the model's default step, which suits
     "runge_kutta_4": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
     "bogacki_shampine_32": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
     "dormand_prince_54": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
+    "rosenbrock_32": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
 }
 TOLERANCES = {  # radians, of a segment or of the ray
     "doubling": (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
@@ -27,6 +28,7 @@ LABELS = {
     "runge_kutta_4": "RK4",
     "bogacki_shampine_32": "Bogacki–Shampine 3(2)",
     "dormand_prince_54": "Dormand–Prince 5(4)",
+    "rosenbrock_32": "Rosenbrock 3(2)",
 }
 
 
