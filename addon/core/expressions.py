@@ -236,7 +236,7 @@ def _partials(head: str) -> tuple[Expression, ...]:
 
 
 def _is_small_whole(value: float) -> bool:
-    return abs(value) <= 64 and value == int(value)
+    return abs(value) < 64 and value == int(value)  # as many bits as formula_power() has
 
 
 def _literal(value: float) -> str:

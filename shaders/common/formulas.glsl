@@ -1,12 +1,16 @@
 // Provides what typed formulas call and GLSL lacks or leaves undefined (addon/core/expressions.py prints the calls).
 
-// a^n, right for a < 0, too.
+// a^n for whole numbers from -63 to 63, right for a < 0, too. Without a loop: n is a constant wherever it is called, and a
+// compiler that does not unroll loops takes minutes for a formula with many powers.
 float formula_power(float a, int n) {
-    float result = 1.0;
-    for (int rest = abs(n); rest > 0; rest >>= 1) {
-        if ((rest & 1) == 1) result *= a;
-        a *= a;
-    }
+    int bits = abs(n);
+    float a2 = a * a, a4 = a2 * a2, a8 = a4 * a4, a16 = a8 * a8, a32 = a16 * a16;
+    float result = (bits & 1) != 0 ? a : 1.0;
+    if ((bits & 2) != 0) result *= a2;
+    if ((bits & 4) != 0) result *= a4;
+    if ((bits & 8) != 0) result *= a8;
+    if ((bits & 16) != 0) result *= a16;
+    if ((bits & 32) != 0) result *= a32;
     return n < 0 ? 1.0 / result : result;
 }
 

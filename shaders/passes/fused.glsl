@@ -248,7 +248,7 @@ void main() {
 #endif
         RayState rate_behind;
         Step attempt = attempt_step(s, rate, h, rate_behind);
-        bool stands = accepted(attempt.error) && finite(attempt.state.x) && finite(attempt.state.v);
+        bool stands = accepted(attempt.error);
 #ifdef EMBEDDED
         float next = adapted_step(h, attempt.error, error_before);
         if (stands) error_before = attempt.error;
@@ -346,6 +346,12 @@ void main() {
     }
 #endif
 
+#ifdef ADAPTIVE
+    if (!finite(s.x) || !finite(s.v)) {
+        status = NOT_FINITE;
+        s = RayState(vec3(0.0), vec3(0.0));
+    }
+#endif
 #ifndef STRAIGHT
     out_more = vec4(h, 0.0, 0.0, float(taken));
 #ifdef ADAPTIVE

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from addon.core import device as gpu
+from addon.core.pipelines.paper import SMALLEST_TOLERANCE
 from addon.core.settings import Settings
 from addon.core.trace import trace_rays
 
@@ -88,14 +89,16 @@ def exact_end(model, position, direction, length, change=1e-6):
 def errors(model, positions, directions, settings=HIGH):
     """(the ends; each ray's angle from DOP853, radians; what it may be).
 
-    May be: the tolerance and an eps for each step's rounding, both magnified as the ray magnifies what goes wrong.
+    May be: the tolerance, or what is accepted of each step at least, where these sum up to more; and an eps for each
+    step's rounding; all magnified as the ray magnifies what goes wrong.
     """
     ends = trace_rays(model, positions, directions, settings)
     found, allowed = np.zeros(len(positions)), np.zeros(len(positions))
     for i, length in enumerate(ends.parameter.astype(float)):
         exact, magnified = exact_end(model, positions[i], directions[i], length)
         found[i] = np.linalg.norm(ends.direction[i] - exact)
-        allowed[i] = max(1.0, magnified) * (settings.tolerance + EPS * ends.steps[i])
+        accepted = max(settings.tolerance, SMALLEST_TOLERANCE * ends.steps[i])
+        allowed[i] = max(1.0, magnified) * (accepted + EPS * ends.steps[i])
     return ends, found, allowed
 
 
