@@ -232,7 +232,7 @@ void main() {
         // One step.
 #ifdef ADAPTIVE
 #ifdef DOUBLING
-        h = min(h, longest_step(s) * min(2.0 / float(u_steps), 1.0));
+        h = min(h, longest_step(s) / float(u_steps));
 #ifdef TIMED
         h = min(h, time_left(tau) / float(u_steps));
 #endif

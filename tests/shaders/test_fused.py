@@ -15,6 +15,7 @@ from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import camera_uniforms, gpu, jobs, make_request, pack_for, render, trace_rays
 from tests.shaders import scenes, truth
+from tests.shaders.model_checks import parallel_rays
 
 PASSES = ("Combined", "Depth", "Position", "Normal", "Object Index", "Direction", "Status", "Steps")
 EMBEDDED = {"integrator": "dormand_prince_54", "step_control": "embedded"}
@@ -297,3 +298,19 @@ def test_rays_that_are_taken_up_again_end_as_if_never_left(control, monkeypatch)
     assert whole["Steps"].max() > 21  # three draws at least
     for name in passes:
         assert np.array_equal(whole[name], parts[name]), name
+
+
+@pytest.mark.parametrize("integrator", ["euler", "dormand_prince_54"])
+@pytest.mark.parametrize("steps_per_segment", [1, 10, 50])
+def test_no_bunch_of_steps_jumps_over_the_hole(integrator, steps_per_segment):
+    """Well below b = 3 sqrt(3) M every ray is absorbed, however long the steps that a loose tolerance allows."""
+    settings = Settings(
+        pipeline="fused",
+        integrator=integrator,
+        step_control="doubling",
+        tolerance=1e-2,
+        steps_per_segment=steps_per_segment,
+        segments=5000,
+    )
+    ends = trace_rays(scenes.HOLE, *parallel_rays(np.linspace(0.0, 4.0, 200)), settings)
+    assert (ends.status == Status.ABSORBED).all()
