@@ -56,12 +56,12 @@ bool absorbed(RayState s) {
     return false;
 }
 
-// As far as the front surely is, and a quarter of its thickness within it.
+// As far as the front surely is, and half its thickness within it.
 float longest_step(RayState s) {
     float R = blast_radius();
     vec3 y = s.x / R;
     float reach = u_roughness + 0.5 * u_thickness;
     float gap = abs(length(y) - 1.0) - reach;
     if (gap < 0.0) gap = (abs(above_front(y).w) - 0.5 * u_thickness) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
-    return R * max(gap, 0.25 * u_thickness) / max(length(s.v), 1e-30);
+    return R * max(gap, 0.5 * u_thickness) / max(length(s.v), 1e-30);
 }

@@ -16,5 +16,5 @@ float potential(float r) {
 
 // Up to the ball, and through it in steps that cannot miss it.
 float longest_way(float r) {
-    return max(r - u_R, 0.0) + 0.25 * u_R;
+    return max(r - u_R, 0.0) + 0.5 * u_R;
 }
