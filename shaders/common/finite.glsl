@@ -4,8 +4,8 @@ bool finite(vec3 a) {
     return dot(a, a) < 3.0e38;
 }
 
-// a with length 1, or the other where a has none.
+// a with length 1, or the other where a has none that float32 can square.
 vec3 unit_or(vec3 a, vec3 other) {
     float length_squared = dot(a, a);
-    return length_squared > 1.0e-30 ? a * inversesqrt(length_squared) : other;
+    return length_squared > 1.0e-30 && length_squared < 3.0e38 ? a * inversesqrt(length_squared) : other;
 }

@@ -37,6 +37,12 @@ def test_the_drift_of_a_symplectic_method_is_bounded(egl):
     assert growth["verlet"] < 10
 
 
+def test_the_explicit_method_comes_to_rest_whatever_the_damping(egl):
+    """Its steps are as short as stability wants them; it pays, and is right."""
+    rows = [row for row in CASES["stiff damping"](True) if "dormand_prince_54" in row["value"]]
+    assert len(rows) == 7 and all(row["off"] == 0 for row in rows)
+
+
 def test_bardeens_outline_has_its_known_points():
     """b+ and b- of physics.md for a = 0.9 in the equator, to a hundredth of a pixel of 16 M / 1024; a circle of radius
     3 sqrt 3 M, moved by 2 a, for a slow hole.
