@@ -123,6 +123,8 @@ def summary(frame: Frame, paths: list[Path], seconds: float) -> list[str]:
     lines += [
         f"  {count} rays ({100 * count / total:.1f} %) {MEANINGS[status]}" for status, count in statistics.rays.items()
     ]
+    if statistics.worst_drift is not None:
+        lines.append(f"  Worst drift of the invariants: {statistics.worst_drift:.2g}")
     if statistics.left_out:
         lines.append(f"  Left out: {'; '.join(statistics.left_out)}")
     lines += [f"  Warning: {text}" for text in [*frame.warnings, *advice(statistics.rays)]]

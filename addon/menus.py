@@ -65,5 +65,6 @@ PASS_TIPS = {
     + ", ".join(f"{status.value} {status.name.lower().replace('_', ' ')}" for status in Status if status),
     "Steps": "Number of integration steps that the ray took",
     "Error": "Error of the ray by the step control's own estimate, radians",
+    "Drift": "Largest change of what the model conserves along the ray, as a part of the largest conserved number",
     "Frequency Shift": "Frequency of the light that the observer sees, as a multiple of the emitted; 0 for no light",
 }

@@ -17,6 +17,7 @@ class Statistics:
     """rays : how many ended in which status;  milliseconds : by stage, in the order they ran
     texture_bytes : what was uploaded for the scene;  left_out : what this scene did not need, a phrase each
     steps : the largest and the mean number of steps a ray took, where the Steps pass was asked for
+    worst_drift : of the invariants, of the rays that hit or escaped, where the Drift pass was asked for
     """
 
     rays: dict[Status, int] = field(default_factory=dict)
@@ -24,6 +25,7 @@ class Statistics:
     texture_bytes: int = 0
     left_out: tuple[str, ...] = ()
     steps: tuple[int, float] | None = None
+    worst_drift: float | None = None
     device: str = ""
 
     @property

@@ -24,6 +24,7 @@ PASSES = (
     "Status",
     "Steps",
     "Error",
+    "Drift",
     "Frequency Shift",
 )
 PASS_CHANNELS = {
@@ -36,6 +37,7 @@ PASS_CHANNELS = {
     "Status": "X",
     "Steps": "X",
     "Error": "X",
+    "Drift": "X",
     "Frequency Shift": "X",
 }
 

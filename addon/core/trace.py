@@ -28,6 +28,7 @@ TILE = 256  # pixels a side: small enough for short draws, large enough to keep 
 RAYS_A_ROW = 256  # trace_rays folds its rays into a picture of this width
 LONGEST_SIDE = 65536
 BRIGHTEST = 65504.0  # radiance that stands for infinity
+ARRIVED = (Status.HIT, Status.ESCAPED)  # rays whose picture depends on what the model conserves
 memory_limit_bytes = 4 << 30  # what a frame may take in arrays and textures; the preferences set it
 
 OUTPUTS = {  # what a pipeline has to write for a pass
@@ -37,6 +38,7 @@ OUTPUTS = {  # what a pipeline has to write for a pass
     "Object Index": "surface",
     "Steps": "steps",
     "Error": "error",
+    "Drift": "drift",
     "Frequency Shift": "frequency",
 }
 
@@ -93,6 +95,7 @@ def render(
     passes = {name: np.zeros((rows, columns, len(PASS_CHANNELS[name])), np.float32) for name in settings.passes}
     counts = np.zeros(len(Status), np.int64)
     steps = [0, 0.0]
+    worst_drift = 0.0
     x_corner, y_corner, _, _ = scene.camera.pixel_box
     pixels, total = 0, columns * rows * settings.samples
     first_part = 0.5 if edges else 1.0  # of the progress; how many edges there are is known after it
@@ -112,6 +115,8 @@ def render(
         if ends.tally is not None:
             steps[0] = max(steps[0], int(ends.tally[..., 1].max()))
             steps[1] += float(ends.tally[..., 1].sum(dtype=np.float64))
+            arrived = np.isin(ends.velocity[..., 3], ARRIVED)
+            worst_drift = max(worst_drift, float(ends.tally[..., 3].max(where=arrived, initial=0.0)))
         if edges and sample == 0:
             edges.add(x, y, ends.position, ends.velocity, ends.surface)
     mean_steps = steps[1] / counts.sum()
@@ -131,6 +136,7 @@ def render(
         texture_bytes=pipeline.uploaded_bytes,
         left_out=left_out(request),
         steps=(steps[0], mean_steps) if steps[0] else None,
+        worst_drift=worst_drift if "Drift" in settings.passes else None,
         device=gpu.describe(),
     )
     return Frame(passes, statistics, (*scene.warnings, *packed.warnings))
@@ -426,6 +432,7 @@ def store(passes: dict, ends: TileEnds, scene: Scene, where: tuple[slice, slice]
         values["Depth"] = np.where(hit, ends.tally[..., 0:1], 1e10)  # Blender's depth of the background
         values["Steps"] = ends.tally[..., 1:2]
         values["Error"] = ends.tally[..., 2:3]
+        values["Drift"] = ends.tally[..., 3:4]
     if ends.frequency is not None:
         values["Frequency Shift"] = ends.frequency[..., 0:1]
     for name in passes:

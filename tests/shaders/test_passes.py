@@ -1,17 +1,21 @@
 """Passes are in world space, wherever the model stands; the sky is in the right direction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from addon.core import environment_cube
 from addon.core.models import MODELS
+from addon.core.report.cases import of_scene
+from addon.core.report.errors import near_critical
 from addon.core.scene import Environment, Light, Placement, Scene
-from addon.core.settings import PASS_CHANNELS, Settings
+from addon.core.settings import PASS_CHANNELS, PIPELINES, Settings
 from addon.core.status import Status
-from addon.core.trace import render
+from addon.core.trace import render, trace_rays
 from tests.shaders import scenes, truth
 
-ALL = ("Combined", "Depth", "Position", "Normal", "Object Index", "Direction", "Status", "Steps")
+ALL = ("Combined", "Depth", "Position", "Normal", "Object Index", "Direction", "Status", "Steps", "Drift")
 PLACEMENTS = {
     "at the origin": Placement(),
     "moved": Placement(np.array([5.0, -3.0, 2.0])),
@@ -149,3 +153,22 @@ def test_a_scene_far_from_the_origin_is_the_same_picture(model):
     one, other = (render(each, settings).passes for each in (scene, moved))
     same = (one["Status"] == other["Status"])[..., 0] & (one["Object Index"] == other["Object Index"])[..., 0]
     assert same.mean() > 0.995
+
+
+@pytest.mark.parametrize("pipeline", PIPELINES)
+def test_drift_is_that_of_the_same_rays(pipeline):
+    """test_conserved.py holds trace_rays' drift against closed forms. Euler's long steps drift by far more than float32
+    rounds: 1e-3 is what another rounding of a ray's direction may change of it, away from the critical rays.
+    """
+    scene = Scene(scenes.camera(half=1.5), scenes.HOLE)
+    passes = ("Combined", "Status", "Drift")
+    settings = Settings(pipeline, "euler", "constant", step=0.1, segments=5000, passes=passes)
+    frame = render(scene, settings)
+    rays = of_scene(scene).pixel_rays(*frame.size)
+    ends = trace_rays(scenes.HOLE, *rays, settings)
+    status, drift = (frame.passes[name].ravel() for name in ("Status", "Drift"))
+    away = (status == Status.ESCAPED) & ~near_critical(scenes.HOLE, *rays)
+    assert away.sum() > 300 and drift[away].max() > 1e-2
+    assert drift[away] == pytest.approx(ends.invariant_drift[away], rel=1e-3, abs=1e-6)
+    assert frame.statistics.worst_drift == drift[status == Status.ESCAPED].max()
+    assert render(scene, replace(settings, passes=("Combined", "Steps"))).statistics.worst_drift is None
