@@ -190,9 +190,7 @@ def rosenbrock_step(rhs, states, h, integrator):
 
 def jacobian(rhs, states, first, gamma_h):
     """(n, 6, 6) by the differences of integrators/linearised.glsl: their error is part of the method."""
-    size, moved = (np.linalg.norm(values.reshape(-1, 2, 3), axis=2) for values in (states, abs(gamma_h) * first))
-    size[:, 0] = np.maximum(size[:, 0], moved[:, 0])
-    apart = np.clip(moved / 32.0, size * 2.0**-20, size * 2.0**-12).repeat(3, axis=1)
+    apart = differences(states, first, gamma_h)
     columns = []
     for j in range(6):
         beside = states.copy()
@@ -200,6 +198,13 @@ def jacobian(rhs, states, first, gamma_h):
         rate = rhs(beside)  # which rounds its argument, where all is rounded
         columns.append((rate - first) / (beside - states)[:, j : j + 1])
     return np.stack(columns, axis=2)
+
+
+def differences(states, first, gamma_h):
+    """(n, 6): how far to go for a difference."""
+    size, moved = (np.linalg.norm(values.reshape(-1, 2, 3), axis=2) for values in (states, abs(gamma_h) * first))
+    size[:, 0] = np.maximum(size[:, 0], moved[:, 0])
+    return np.clip(moved / 32.0, size * 2.0**-20, size * 2.0**-12).repeat(3, axis=1)
 
 
 def weighted(weights, slopes):
