@@ -72,6 +72,28 @@ def views(draw):
     return Camera(scenes.look_at(position, target), window, 8, 6, kind=kind)
 
 
+def full_scene(model, view, scale=1.0):
+    """Something of everything that a scene may hold."""
+    faces = np.random.default_rng(1).random((6, 4, 4, 3)).astype(np.float32)
+    return Scene(
+        view,
+        model,
+        Placement(scale=scale),
+        scenes.random_soup(3),
+        scenes.spheres([[0.5, 3.0, 0.0]], 1.0),
+        materials=(Material(specular=1.0, roughness=0.1),),
+        lights=(Light("POINT", (100.0, 100.0, 100.0), (2.0, -5.0, 4.0)),),
+        environment=Environment(faces=faces),
+    )
+
+
+def check(frame, pipeline):
+    for part, pixels in frame.passes.items():
+        assert np.isfinite(pixels).all(), f"{pipeline}, {part}: {np.sum(~np.isfinite(pixels))} values"
+    assert np.isin(frame.passes["Status"], NAMED).all()
+    assert sum(frame.statistics.rays.values()) == frame.passes["Status"].size
+
+
 @pytest.mark.parametrize("name", MODELS)
 @settings(
     max_examples=EXAMPLES,
@@ -86,24 +108,21 @@ def test_every_pixel_is_a_number(egl, name, data):
         model = data.draw(models(name))
     except ParameterError:
         return
-    faces = np.random.default_rng(1).random((6, 4, 4, 3)).astype(np.float32)
-    scene = Scene(
-        data.draw(views()),
-        model,
-        Placement(scale=data.draw(st.sampled_from([1.0, 1e-4, 1e4]))),
-        scenes.random_soup(3),
-        scenes.spheres([[0.5, 3.0, 0.0]], 1.0),
-        materials=(Material(specular=1.0, roughness=0.1),),
-        lights=(Light("POINT", (100.0, 100.0, 100.0), (2.0, -5.0, 4.0)),),
-        environment=Environment(faces=faces),
-    )
+    scene = full_scene(model, data.draw(views()), data.draw(st.sampled_from([1.0, 1e-4, 1e4])))
     options = data.draw(some_settings(model))
     for pipeline in PIPELINES:
         try:
             frame = render(scene, Settings(pipeline=pipeline, **options))
         except SceneError:
             return
-        for part, pixels in frame.passes.items():
-            assert np.isfinite(pixels).all(), f"{pipeline}, {part}: {np.sum(~np.isfinite(pixels))} values"
-        assert np.isin(frame.passes["Status"], NAMED).all()
-        assert sum(frame.statistics.rays.values()) == 48
+        check(frame, pipeline)
+
+
+@pytest.mark.parametrize("pipeline", PIPELINES)
+def test_a_flow_that_explodes_still_has_a_direction(egl, pipeline):
+    """Found by the hunt: Euler's steps carry some rays of a Rössler flow to where the field's square is infinite."""
+    view = scenes.camera(8, 6, position=(0.12573022, -0.13210486, 0.64042265), half=1.0)
+    options = {"integrator": "euler", "step_control": "constant", "max_steps": 300, "segments": 40}
+    passes = tuple(name for name in PASSES if name != "Error")
+    scene = full_scene(MODELS["roessler"](mode="flow"), view)
+    check(render(scene, Settings(pipeline=pipeline, passes=passes, **options)), pipeline)
