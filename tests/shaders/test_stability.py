@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
+from addon.core.models import MODELS
+from addon.core.report.cases import of_scene
+from addon.core.report.dangers import sentences
 from addon.core.report.stability import CASES, diagrams
 from addon.core.report.stability.kerr_outline import outline
+from addon.core.scene import Scene
+from addon.core.settings import Settings
+from tests.shaders import scenes
 
 RECORDS = {}  # of the cases that have been run
 
@@ -50,3 +56,20 @@ def test_bardeens_outline_has_its_known_points():
     left_and_right = outline(0.9, np.pi / 2, np.array([np.pi, 0.0]))
     assert np.sort(left_and_right) == pytest.approx([2.844421, 6.832319], abs=1.5e-4)
     assert outline(1e-3, np.pi / 3, np.linspace(0, 2 * np.pi, 9)) == pytest.approx(np.sqrt(27), abs=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "options", "sentence"),
+    [
+        ("kerr", {"spin": 0.9999}, {}, "turns at 0.9999 of the fastest"),
+        ("kerr", {"spin": 0.9}, {}, None),
+        ("refraction", {"medium": "shell", "thickness": 5e-4}, {}, "front is 0.0005 radii thick"),
+        ("refraction", {"medium": "shell", "thickness": 5e-4, "stepping": "snell"}, {}, None),
+        ("schwarzschild", {}, {"ray_bits": 16, "pipeline": "paper"}, "kept in 16 bit"),
+    ],
+)
+def test_a_users_scene_is_told_what_it_is_near(egl, name, values, options, sentence):
+    scene = Scene(scenes.camera(8, 8, position=(0.0, -20.0, 0.0), half=0.1), MODELS[name](**values))
+    told = " ".join(sentences(of_scene(scene), Settings(**options)))
+    known = ("of the fastest", "radii thick", "16 bit")
+    assert sentence in told if sentence else not any(part in told for part in known)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..models import Model
+from ..models.refraction import MEDIA
 from ..settings import Settings
 from ..status import Status, advice
 from ..trace import trace_rays
@@ -12,6 +14,8 @@ from .cases import Case
 
 SIDE = 64  # side² rays of the picture are looked at
 CLOSE = 3.0  # horizon's radii: nearer cameras see the sky squeezed, and every error with it
+FAST_SPIN = 0.999  # a / M: from here on light winds around the outline's flat side until the steps run out
+THIN_FRONT = 1e-3  # radii: float32 holds a thinner front in fewer than some thousand steps of x
 FAR = 1000.0  # flat radii or model lengths: farther cameras lose digits of the ray's place
 
 
@@ -32,6 +36,12 @@ def sentences(case: Case, settings: Settings) -> list[str]:
             f"The camera is {distance:.3g} model lengths away, and float32 places a ray there to "
             f"{distance * 2.0**-24:.1g} lengths. Move the camera or the model nearer, or raise Scale."
         )
+    found += _of_the_model(model)
+    if settings.ray_bits == 16:
+        found.append(
+            "Rays are kept in 16 bit, which rounds their directions by up to 5e-4 at every segment. Set Ray Precision "
+            "to 32 Bit."
+        )
     near = errors.near_critical(model, positions, directions)
     if near.any():
         found.append(
@@ -48,3 +58,20 @@ def sentences(case: Case, settings: Settings) -> list[str]:
             "step."
         )
     return found or ["None of the extreme cases that the report knows is near."]
+
+
+def _of_the_model(model: Model) -> list[str]:
+    """What its parameters bring near."""
+    found = []
+    if model.name == "kerr" and abs(model.spin) > FAST_SPIN:
+        found.append(
+            f"The hole turns at {abs(model.spin):.4g} of the fastest: light along the flat side of its outline winds "
+            "around it and may not end. Lower Spin a little."
+        )
+    fronted = model.name == "refraction" and "thickness" in MEDIA[model.medium].parameters
+    if fronted and model.stepping == "continuous" and model.thickness < THIN_FRONT:
+        found.append(
+            f"The front is {model.thickness:.2g} radii thick, which float32 resolves badly. Set Stepping to Snell, or "
+            "raise Thickness."
+        )
+    return found
