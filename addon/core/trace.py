@@ -17,7 +17,7 @@ from .models import Model
 from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
 from .pipelines.tile import IntegratorShader, ModelShader, Request, Stopwatch, TileEnds
-from .rosenbrock import ROSENBROCK_METHODS
+from .rosenbrock import ROSENBROCK_METHODS, ROUNDING
 from .scene import Camera, Scene, SceneError
 from .settings import PASS_CHANNELS, Settings, SettingsError
 from .status import Status
@@ -340,7 +340,7 @@ def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
     if name in ROSENBROCK_METHODS:
         method = ROSENBROCK_METHODS[name]
         printed = ((f"integrators/{name}", method.as_glsl(continued)),)
-        return IntegratorShader(("integrators/linearised",), printed, method.embedded_order + 1)
+        return IntegratorShader(("integrators/linearised",), printed, method.embedded_order + 1, ROUNDING)
     tableau = TABLEAUS.get(name)
     if tableau is None:
         return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))

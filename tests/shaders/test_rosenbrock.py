@@ -70,6 +70,21 @@ def test_directions(name, pipeline):
 
 
 @pytest.mark.parametrize("pipeline", PIPELINES)
+def test_rounding_does_not_stop_it(pipeline):
+    """A tolerance that float32 cannot meet: the ray arrives all the same, and is right to EPS for each of its steps;
+    with as few steps as if it had been asked for less. (At 1e5 the first decay, so resolved, is too thin for float32.)
+    """
+    for kappa in KAPPAS[:2]:
+        case = whirl(kappa)
+        settings = replace(STIFF, pipeline=pipeline, tolerance=1e-7)
+        ends = trace_rays(case.model, case.positions, case.directions, settings)
+        error = case.error(ends).max()
+        print(f"kappa = {kappa:g}, {pipeline}: {error:.1e}, {ends.steps.max()} steps")
+        assert (ends.status == Status.ESCAPED).all() and (case.error(ends) <= EPS * ends.steps).all()
+        assert ends.steps.max() < 1200
+
+
+@pytest.mark.parametrize("pipeline", PIPELINES)
 def test_stiff_friction_takes_no_more_steps(pipeline):
     """In a wind, against the closed form: as right as was asked, and with steps that do not know kappa. Only the first
     decay takes more of them, a factor of 5 in h each: log5(1e3) = 4 for a thousand times kappa, and as many back.

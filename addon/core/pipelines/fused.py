@@ -264,7 +264,7 @@ class FusedPipeline:
         doubling = settings.step_control == "doubling"
         tolerance = settings.tolerance
         if settings.step_control == "embedded":
-            tolerance = max(STEP_SHARE * tolerance, SMALLEST_TOLERANCE)
+            tolerance = max(STEP_SHARE * tolerance, request.integrator.rounding * SMALLEST_TOLERANCE)
         values = {
             "u_step": request.first_step,
             "u_smallest_step": request.smallest_step,

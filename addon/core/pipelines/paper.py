@@ -297,7 +297,7 @@ class PaperPipeline:
         """Radians that a segment of step doubling, or a single step of an embedded method, may be wrong by."""
         if self.settings.step_control != "embedded":
             return self.settings.tolerance
-        return max(STEP_SHARE * self.settings.tolerance, SMALLEST_TOLERANCE)
+        return max(STEP_SHARE * self.settings.tolerance, self.request.integrator.rounding * SMALLEST_TOLERANCE)
 
     def _trace(self, report: Callable[[float], None], stopped: Callable[[], bool]) -> bool:
         """Every segment of every ray of the tile; False where stopped() said so."""

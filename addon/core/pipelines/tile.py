@@ -43,11 +43,14 @@ class ModelShader:
 
 @dataclass(frozen=True)
 class IntegratorShader:
-    """advance(): a file of shaders/integrators or a printed tableau. error_order : of its error estimate, or 0."""
+    """advance(): a file of shaders/integrators or a printed tableau. error_order : of its error estimate, or 0;
+    rounding : of that estimate, as a multiple of an explicit method's.
+    """
 
     files: tuple[str, ...] = ()
     generated: tuple[tuple[str, str], ...] = ()
     error_order: int = 0
+    rounding: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
