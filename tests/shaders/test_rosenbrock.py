@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from addon.core.reference import angles
+from addon.core.report import stiff
 from addon.core.report.stiff import RADIUS, rest, whirl, whirl_directions
 from addon.core.settings import Settings
 from addon.core.status import Status
@@ -122,3 +123,16 @@ def test_rays_come_to_rest(kappa, pipeline):
     error = case.error(ends).max()
     print(f"kappa = {kappa:g}, {pipeline}: {error:.1e} of the way, {ends.steps.max()} steps")
     assert error <= settings.tolerance and (ends.status > Status.RUNNING).all() and all_finite(ends)
+
+
+def test_the_report_says_where_it_wins(egl, monkeypatch):
+    """By far in a wind with kappa = 1000, where explicit steps are ten times as many; not where a ray comes to rest."""
+    monkeypatch.setattr(stiff, "all_cases", lambda quick: [whirl(1e3), rest(1e3)])
+    records = stiff.run(True)
+    wind, still = ({row["integrator"]: row for row in part} for part in (records[:3], records[3:]))
+    assert all(row["reached"] and row["error_p99_rad"] <= stiff.GOAL for row in records)
+    assert wind["rosenbrock_32"]["steps_mean"] < 0.1 * wind["dormand_prince_54"]["steps_mean"]
+    assert still["rosenbrock_32"]["steps_mean"] >= still["dormand_prince_54"]["steps_mean"]
+    won, lost = stiff.sentences(records)
+    assert "wind, kappa = 1000: Rosenbrock 3(2) is" in won and "times as fast" in won
+    assert lost.startswith("Friction at rest, kappa = 1000")
