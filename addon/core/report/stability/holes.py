@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from ...models import MODELS
+from ...models import MODELS, Model
 from ...reference import angles, true_ends
 from ...scene import Camera, Scene
+from ...settings import Settings
 from ...status import Status
 from ...trace import render, trace_rays
 from ..cases import look_at_centre
@@ -76,21 +78,16 @@ def near_camera(quick: bool) -> list[dict]:
     across = np.array([right, up, -right, -up])
     records = []
     for r in (2.001, 2.1, 2.5, 3.0, 3.001):
-        statuses = []
-
-        def escapes(ladder: np.ndarray, r: float = r, statuses: list = statuses) -> np.ndarray:
-            d = -np.cos(ladder)[..., None] * back + np.sin(ladder)[..., None] * across[:, None]
-            positions = np.broadcast_to(r * back, d.shape).reshape(-1, 3)
-            status = trace_rays(model, positions, d.reshape(-1, 3), settings).status
-            statuses.append(status)
-            return (status == Status.ESCAPED).reshape(ladder.shape)
-
-        found = edge(escapes, np.zeros(4), np.full(4, np.pi))
-        on_ray = np.linalg.norm((r * back).astype(np.float32).astype(float))  # where float32 has put the camera
-        sine = np.sqrt(27.0 * (1.0 - 2.0 / on_ray)) / on_ray
+        found, status = _shadows_edge(
+            model,
+            settings,
+            r * back,
+            lambda angle: -np.cos(angle) * back + np.sin(angle) * across[:, None],
+            np.full(4, np.pi),
+        )
+        sine = np.sqrt(27.0 * (1.0 - 2.0 / r)) / r
         synge = np.arcsin(min(sine, 1.0)) if r >= 3.0 else np.pi - np.arcsin(sine)
         error = float(np.abs(found - synge).max())
-        named = bool((np.concatenate(statuses) > Status.RUNNING).all())
         records.append(
             record(
                 model.name,
@@ -99,8 +96,8 @@ def near_camera(quick: bool) -> list[dict]:
                 "error, rad",
                 error,
                 1e-3,
-                also=named,
-                statuses=counted(np.concatenate(statuses)),
+                also=bool((status > Status.RUNNING).all()),
+                statuses=counted(status),
             )
         )
     return records
@@ -151,20 +148,14 @@ def extremal_kerr(quick: bool) -> list[dict]:
             place = np.array([np.sin(inclination), 0.0, np.cos(inclination)])
             up = np.array([-np.cos(inclination), 0.0, np.sin(inclination)])
             across = np.cos(phase)[:, None] * np.array([0.0, 1.0, 0.0]) + np.sin(phase)[:, None] * up
-            statuses = []
-
-            def escapes(
-                ladder: np.ndarray, model=model, place=place, across=across, statuses: list = statuses
-            ) -> np.ndarray:
-                d = -place + ladder[..., None] / distance * across[:, None]
-                positions = np.broadcast_to(distance * place, d.shape).reshape(-1, 3)
-                status = trace_rays(model, positions, d.reshape(-1, 3), settings).status
-                statuses.append(status)
-                return (status == Status.ESCAPED).reshape(ladder.shape)
-
-            found = edge(escapes, np.zeros(count), np.full(count, 8.0))
+            found, status = _shadows_edge(
+                model,
+                settings,
+                distance * place,
+                lambda radius, place=place, across=across: -place + radius / distance * across[:, None],
+                np.full(count, 8.0),
+            )
             error = np.abs(found - outline(spin, inclination, phase)) / pixel
-            status = np.concatenate(statuses)
             records.append(
                 record(
                     model.name,
@@ -178,3 +169,28 @@ def extremal_kerr(quick: bool) -> list[dict]:
                 )
             )
     return records
+
+
+def _shadows_edge(
+    model: Model,
+    settings: Settings,
+    position: np.ndarray,
+    direction: Callable[[np.ndarray], np.ndarray],
+    beyond: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far from the middle of the shadow rays begin to escape, (n,), and the status of all rays tried.
+
+    position : (3,), of the camera;  beyond : (n,), where rays escape
+    direction : distances from the middle, (n, rungs, 1) -> directions, (n, rungs, 3)
+    """
+    statuses = []
+
+    def escapes(ladder: np.ndarray) -> np.ndarray:
+        directions = direction(ladder[..., None])
+        positions = np.broadcast_to(position, directions.shape).reshape(-1, 3)
+        status = trace_rays(model, positions, directions.reshape(-1, 3), settings).status
+        statuses.append(status)
+        return (status == Status.ESCAPED).reshape(ladder.shape)
+
+    found = edge(escapes, np.zeros(len(beyond)), beyond)
+    return found, np.concatenate(statuses)
