@@ -5,7 +5,17 @@ Imports wait for register(), so that `addon.core` serves scripts and tests witho
 
 from importlib import import_module
 
-PARTS = ("properties", "preferences", "engine", "operators", "presets", "panels", "commands")
+PARTS = (
+    "properties",
+    "preferences",
+    "status_colors",
+    "engine",
+    "operators",
+    "presets",
+    "report_operators",
+    "panels",
+    "commands",
+)
 
 
 def parts():

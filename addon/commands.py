@@ -1,4 +1,6 @@
-"""For scripts and farms: blender -b file.blend --command nonlinear_rays render --frames 1-10 --output DIR."""
+"""For scripts and farms: blender -b file.blend --command nonlinear_rays render --frames 1-10 --output DIR;
+report --output DIR [--quick].
+"""
 
 from __future__ import annotations
 
@@ -6,12 +8,11 @@ import argparse
 import os
 import re
 import sys
-import tempfile
 from pathlib import Path
 
 import bpy
 
-from . import capture, image
+from . import capture, image, report
 from .core import trace
 from .core.frame import Frame
 from .core.status import MEANINGS, advice
@@ -32,7 +33,7 @@ class _Parser(argparse.ArgumentParser):
     """Says what is wrong without leaving the process."""
 
     def error(self, message):
-        raise UsageError(f"{message}. See: blender --command {NAME} render --help")
+        raise UsageError(f"{message}. See: {self.prog} --help")
 
     def exit(self, status=0, message=None):
         raise _HelpShown
@@ -59,8 +60,10 @@ def parse_frames(text: str) -> list[int]:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog=f"blender -b FILE --command {NAME}", description="Render along curved light rays.")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="render")
+    parser = _Parser(
+        prog=f"blender -b FILE --command {NAME}", description="Render along curved light rays, or measure."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="render|report")
     render = commands.add_parser("render", help="write a PNG and a multi-layer EXR for each frame")
     render.add_argument(
         "--frames", default=None, help="1 or 1-10 or 1-10x2 or 1,3,7-9; default: the file's current frame"
@@ -68,22 +71,16 @@ def make_parser() -> argparse.ArgumentParser:
     render.add_argument(
         "--output", default=".", metavar="DIR", help="folder for the pictures; it is made where missing"
     )
-    render.add_argument(
-        "--layer", default=None, help="name of the view layer; default: the first that is used for rendering"
+    measure = commands.add_parser("report", help="measure error against time for the scene and its camera")
+    measure.add_argument(
+        "--output", default="nonlinear_rays_report", metavar="DIR", help="folder for index.html and its tables"
     )
+    measure.add_argument("--quick", action="store_true", help="fewer rays, methods and repetitions")
+    for command in (render, measure):
+        command.add_argument(
+            "--layer", default=None, help="name of the view layer; default: the first that is used for rendering"
+        )
     return parser
-
-
-def output_folder(path: str) -> Path:
-    """The folder, made where it is missing. Raises OSError with a sentence where pictures cannot be written to it."""
-    folder = Path(path).expanduser().absolute()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OSError(f"Cannot write to '{folder}': {error.strerror}. Choose another folder with --output.") from error
-    return folder
 
 
 def view_layer(scene: bpy.types.Scene, name: str | None) -> bpy.types.ViewLayer:
@@ -155,14 +152,28 @@ def render_frames(scene: bpy.types.Scene, frames: list[int], folder: Path, layer
             print(*summary(frame, paths, clock.elapsed), sep="\n", flush=True)
 
 
+def write_report(scene: bpy.types.Scene, folder: Path, layer: bpy.types.ViewLayer, quick: bool) -> None:
+    """Measure and write. Raises trace.Cancelled on Ctrl-C, and what the export and the renderer raise."""
+    with Interrupt().listening() as interrupted:
+        progress, clock = Progress(), Clock()
+        exported, settings = capture.capture(scene, layer)
+        words = report.command_line(bpy.data.filepath, folder, quick)
+        index = report.write(exported, settings, folder, quick, words, progress.show, interrupted)
+        progress.clear()
+        print(index, f"  Measured in {duration(clock.elapsed)}", sep="\n", flush=True)
+
+
 def main(argv: list[str]) -> int:
     """The command line after `--command nonlinear_rays`; returns the exit status. A failure is one line on stderr."""
     try:
         arguments = make_parser().parse_args(argv)
         scene = bpy.context.scene
-        frames = [scene.frame_current] if arguments.frames is None else parse_frames(arguments.frames)
         layer = view_layer(scene, arguments.layer)
-        render_frames(scene, frames, output_folder(arguments.output), layer)
+        if arguments.command == "report":
+            write_report(scene, report.output_folder(arguments.output), layer, arguments.quick)
+        else:
+            frames = [scene.frame_current] if arguments.frames is None else parse_frames(arguments.frames)
+            render_frames(scene, frames, report.output_folder(arguments.output), layer)
     except _HelpShown:
         return 0
     except (trace.Cancelled, KeyboardInterrupt):

@@ -8,7 +8,7 @@ from . import capture, image
 from .core import trace
 from .core.settings import PASS_CHANNELS
 from .core.status import advice
-from .job import Clock
+from .job import Button, Clock, LastRender
 from .properties import OPTIONAL_PASSES, pass_property
 from .viewport import Viewport
 
@@ -76,6 +76,7 @@ class NonlinearRaysEngine(bpy.types.RenderEngine):
             self.end_result(result, cancel=True)
             raise
         self.end_result(result)
+        Button.last = LastRender(frame.statistics, frame.warnings)
         warnings = [*frame.warnings, *advice(frame.statistics.rays, settings.segments)]
         if warnings:
             self.report({"WARNING"}, f"Nonlinear Rays: {' '.join(warnings)}")

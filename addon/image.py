@@ -6,8 +6,11 @@ import bpy
 import numpy as np
 
 from .core.frame import Frame
+from .status_colors import colored, legend
 
 IMAGE_NAME = "Nonlinear Rays"
+COLORED_NAME = f"{IMAGE_NAME} Status Colours"
+LEGEND_NAME = f"{IMAGE_NAME} Status Legend"
 
 
 def scene_linear() -> str:
@@ -60,11 +63,18 @@ def write_image(name: str, pixels: np.ndarray, *, is_data: bool = False) -> bpy.
 
 
 def show_frame(frame: Frame) -> bpy.types.Image:
-    """Every pass as an image; returns that of Combined."""
+    """Every pass as an image, and Status in colours too; returns that of Combined."""
     images = [
         write_image(image_name(name), pixels, is_data=name != "Combined") for name, pixels in frame.passes.items()
     ]
+    if "Status" in frame.passes:
+        write_image(COLORED_NAME, colored(frame.passes["Status"]), is_data=True)
     return images[list(frame.passes).index("Combined")]
+
+
+def show_legend() -> bpy.types.Image:
+    """What the colours of the image "Nonlinear Rays Status Colours" mean."""
+    return write_image(LEGEND_NAME, legend(), is_data=True)
 
 
 def write_result(result: bpy.types.RenderResult, frame: Frame) -> None:

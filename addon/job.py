@@ -1,16 +1,23 @@
-"""A picture being made in the background: one thread, which Blender's main thread asks how far it is."""
+"""Work in the background: a thread for each job, which Blender's main thread asks how far it is."""
 
 from __future__ import annotations
 
 import threading
 import time
 import weakref
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 from .core import trace
-from .core.frame import Frame, Statistics
+from .core.frame import Statistics
 from .core.scene import Scene
 from .core.settings import Settings
+
+if TYPE_CHECKING:
+    from .recommended import Recommendation
+
+Progress = Callable[[float, str], None]
+Work = Callable[[Progress, Callable[[], bool]], object]
 
 STOP_SECONDS = 10.0  # a draw in progress cannot be interrupted
 
@@ -45,23 +52,23 @@ class Clock:
 
 
 class Job:
-    """Starts at once. When `done`, either `frame`, `error` or `was_cancelled` is set."""
+    """Starts at once. When `done`, either `result`, `error` or `was_cancelled` is set."""
 
-    def __init__(self, scene: Scene, settings: Settings):
+    def __init__(self, work: Work):
+        """work(progress, cancelled) gives the result, or raises trace.Cancelled where cancelled() says so."""
         self.fraction = 0.0
-        self.frame: Frame | None = None
+        self.result: object = None
         self.error: Exception | None = None
         self.was_cancelled = False
-        self.warnings = scene.warnings
         self._clock = Clock()
         self._cancel = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(scene, settings), name="Nonlinear Rays", daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(work,), name="Nonlinear Rays", daemon=True)
         _running.add(self)
         self._thread.start()
 
-    def _run(self, scene: Scene, settings: Settings) -> None:
+    def _run(self, work: Work) -> None:
         try:
-            self.frame = trace.render(scene, settings, progress=self._progress, cancelled=self._cancel.is_set)
+            self.result = work(self._progress, self._cancel.is_set)
         except trace.Cancelled:
             self.was_cancelled = True
         except Exception as error:  # shown by whoever waits for the job
@@ -87,7 +94,12 @@ class Job:
         return self.done
 
 
-class Report(NamedTuple):
+def render_job(scene: Scene, settings: Settings) -> Job:
+    """A picture; its result is the Frame."""
+    return Job(lambda progress, cancelled: trace.render(scene, settings, progress=progress, cancelled=cancelled))
+
+
+class LastRender(NamedTuple):
     """What the panel says of the last picture, kept without its pixels."""
 
     statistics: Statistics
@@ -95,10 +107,11 @@ class Report(NamedTuple):
 
 
 class Button:
-    """What the Render button runs, and what it made last."""
+    """What the panel's buttons run, one thing at a time, and what was made last."""
 
     job: Job | None = None
-    last: Report | None = None
+    last: LastRender | None = None
+    recommended: tuple[Recommendation, ...] = ()
 
 
 def stop_all() -> None:
@@ -109,3 +122,4 @@ def stop_all() -> None:
     for job in jobs:
         job.wait(STOP_SECONDS)
     Button.job = Button.last = None
+    Button.recommended = ()

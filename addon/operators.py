@@ -4,17 +4,15 @@ import bpy
 from bpy.types import Operator
 
 from . import capture, image
+from .background import Background
 from .core.status import advice
 from .export import bake_world
-from .job import Button, Job, Report
+from .job import Button, Job, LastRender, render_job
 from .model_properties import parameters_of
 from .show import show_image
 
-TICK = 0.1  # seconds between two looks at the job
-SHOWN_AREAS = {"VIEW_3D", "PROPERTIES"}
 
-
-class NONLINEAR_RAYS_OT_render(Operator):
+class NONLINEAR_RAYS_OT_render(Background, Operator):
     """Render the current frame along curved light rays into the image "Nonlinear Rays". Esc cancels"""
 
     bl_idname = "nonlinear_rays.render"
@@ -22,83 +20,22 @@ class NONLINEAR_RAYS_OT_render(Operator):
     # A step of its own, so that undoing what comes later does not remove the image.
     bl_options = {"UNDO"}
 
-    _job = None
-    _timer = None
+    when_cancelled = "Cancelled; the last picture is kept."
 
-    @classmethod
-    def poll(cls, context):
-        if Button.job is not None:
-            cls.poll_message_set("A picture is being rendered. Wait for it, or cancel it.")
-            return False
-        return context.scene is not None
+    def start(self, context) -> Job:
+        return render_job(*capture.capture(context.scene, context.view_layer))
 
-    def execute(self, context):
-        """From scripts: returns when the picture is there."""
-        if not self._start(context):
-            return {"CANCELLED"}
-        self._job.wait()
-        return self._finish(context)
-
-    def invoke(self, context, _event):
-        if not self._start(context):
-            return {"CANCELLED"}
-        Button.job = self._job
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        if self._job.done:
-            self._leave(context)
-            return self._finish(context)
-        if event.type == "ESC" and event.value == "PRESS":
-            self._job.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type == "TIMER":
-            context.workspace.status_text_set(f"Nonlinear Rays: {self._job.text}. Esc cancels.")
-            redraw(context)
-        return {"PASS_THROUGH"}
-
-    def cancel(self, context):
-        """Blender is closing or opens another file."""
-        self._job.cancel()
-        self._leave(context)
-
-    def _start(self, context) -> bool:
-        try:
-            self._job = Job(*capture.capture(context.scene, context.view_layer))
-        except Exception as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        return True
-
-    def _leave(self, context) -> None:
-        Button.job = None
-        context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        redraw(context)
-
-    def _finish(self, context):
-        job = self._job
-        if job.was_cancelled:
-            self.report({"INFO"}, "Cancelled; the last picture is kept.")
-            return {"CANCELLED"}
-        if job.error is not None:
-            self.report({"ERROR"}, str(job.error))
-            return {"CANCELLED"}
-        frame = job.frame
-        Button.last = Report(frame.statistics, frame.warnings)
-        shown = image.show_frame(frame)
+    def finish(self, context, result) -> None:
+        Button.last = LastRender(result.statistics, result.warnings)
+        shown = image.show_frame(result)
         if not bpy.app.background:
             show_image(context, shown)
-        for sentence in [*frame.warnings, *advice(frame.statistics.rays)]:
+        for sentence in [*result.warnings, *advice(result.statistics.rays)]:
             self.report({"WARNING"}, sentence)
-        return {"FINISHED"}
 
 
 class NONLINEAR_RAYS_OT_cancel(Operator):
-    """Stop the picture that is being rendered; the last one is kept"""
+    """Stop the picture or the report that is being made; the last one is kept"""
 
     bl_idname = "nonlinear_rays.cancel"
     bl_label = "Cancel"
@@ -109,6 +46,21 @@ class NONLINEAR_RAYS_OT_cancel(Operator):
 
     def execute(self, _context):
         Button.job.cancel()
+        return {"FINISHED"}
+
+
+class NONLINEAR_RAYS_OT_status_legend(Operator):
+    """Show the colours and numbers of the Status pass as an image"""
+
+    bl_idname = "nonlinear_rays.status_legend"
+    bl_label = "Status Legend"
+    # A step of its own, so that undoing what comes later does not remove the image.
+    bl_options = {"UNDO"}
+
+    def execute(self, context):
+        shown = image.show_legend()
+        if not bpy.app.background:
+            show_image(context, shown)
         return {"FINISHED"}
 
 
@@ -222,14 +174,6 @@ class NONLINEAR_RAYS_OT_add_analytic_sphere(Operator):
         return {"FINISHED"}
 
 
-def redraw(context) -> None:
-    """Draw the panels that show the progress."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in SHOWN_AREAS:
-                area.tag_redraw()
-
-
 def draw_add_menu(self, _context):
     self.layout.operator(NONLINEAR_RAYS_OT_add_analytic_sphere.bl_idname, icon="MESH_UVSPHERE")
 
@@ -237,6 +181,7 @@ def draw_add_menu(self, _context):
 CLASSES = (
     NONLINEAR_RAYS_OT_render,
     NONLINEAR_RAYS_OT_cancel,
+    NONLINEAR_RAYS_OT_status_legend,
     NONLINEAR_RAYS_OT_bake_world,
     NONLINEAR_RAYS_OT_clear_baked_world,
     NONLINEAR_RAYS_OT_add_named_value,

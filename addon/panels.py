@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Panel, UIList
 
+from . import status_colors
 from .capture import ENGINE
 from .checks import problems
 from .core.models import MODELS
@@ -18,9 +19,11 @@ from .operators import (
     NONLINEAR_RAYS_OT_clear_baked_world,
     NONLINEAR_RAYS_OT_remove_named_value,
     NONLINEAR_RAYS_OT_render,
+    NONLINEAR_RAYS_OT_status_legend,
 )
 from .presets import NONLINEAR_RAYS_MT_accuracy, NONLINEAR_RAYS_MT_presets
 from .properties import OPTIONAL_PASSES, pass_property
+from .report_operators import NONLINEAR_RAYS_OT_report, NONLINEAR_RAYS_OT_use_recommended
 
 CHARACTER_PIXELS = 7.0  # of a panel's font at a scale of 1
 ICON_PIXELS = 60.0
@@ -168,7 +171,9 @@ def draw_last_render(layout, context) -> None:
     statistics = Button.last.statistics
     for text in [*Button.last.warnings, *advice(statistics.rays)]:
         sentence(layout, context, text, "ERROR")
-    table(layout, [(MEANINGS[status].capitalize(), f"{count:,}") for status, count in statistics.rays.items()], "Rays")
+    rays = [(f"{status} {MEANINGS[status].capitalize()}", f"{count:,}") for status, count in statistics.rays.items()]
+    table(layout, rays, "Rays by Status", [status_colors.icon(status) for status in statistics.rays])
+    layout.operator(NONLINEAR_RAYS_OT_status_legend.bl_idname, icon="COLOR")
     stages = [
         (stage.capitalize(), f"{milliseconds:,.1f} ms") for stage, milliseconds in statistics.milliseconds.items()
     ]
@@ -176,6 +181,8 @@ def draw_last_render(layout, context) -> None:
     if statistics.steps:
         most, mean = statistics.steps
         table(layout, [("Most", f"{most:,}"), ("Mean", f"{mean:,.1f}")], "Steps a ray")
+    if statistics.worst_drift is not None:
+        table(layout, [("Worst drift", f"{statistics.worst_drift:.2g}")], "Invariants")
     table(layout, [("Textures", f"{statistics.texture_bytes / (1 << 20):,.2f} MiB")], statistics.device or "Memory")
     if statistics.left_out:
         column = layout.column(align=True)
@@ -184,14 +191,31 @@ def draw_last_render(layout, context) -> None:
             sentence(column, context, text, "DOT")
 
 
-def table(layout, rows: list[tuple[str, str]], title: str) -> None:
-    """A title over rows of a name at the left and a number at the right."""
+def draw_report(layout, context) -> None:
+    chosen = context.scene.nonlinear_rays
+    layout.prop(chosen, "report_folder")
+    layout.prop(chosen, "report_quick")
+    layout.operator(NONLINEAR_RAYS_OT_report.bl_idname, icon="TEXT")
+    for index, found in enumerate(Button.recommended):
+        if found.model != chosen.model:
+            continue
+        box = layout.box()
+        sentence(box, context, f"Below {found.goal:g} pixel: {found.label}")
+        sentence(box, context, f"{found.error:.2g} pixel, {found.milliseconds:,.1f} ms to trace")
+        box.operator(NONLINEAR_RAYS_OT_use_recommended.bl_idname).index = index
+
+
+def table(layout, rows: list[tuple[str, str]], title: str, icons: list[int] | None = None) -> None:
+    """A title over rows of a name at the left and a number at the right. icons : icon_value of each row"""
     column = layout.column(align=True)
     column.scale_y = 0.8
     column.label(text=title)
-    for name, value in rows:
+    for index, (name, value) in enumerate(rows):
         split = column.split(factor=0.62)
-        split.label(text=name, icon="BLANK1")
+        if icons:
+            split.label(text=name, icon_value=icons[index])
+        else:
+            split.label(text=name, icon="BLANK1")
         number = split.row()
         number.alignment = "RIGHT"
         number.label(text=value)
@@ -232,6 +256,7 @@ SECTIONS = (  # name, label, function, open at first
     ("passes", "Output Passes", draw_passes, False),
     ("performance", "Performance", draw_performance, False),
     ("last_render", "Last Render", draw_last_render, True),
+    ("report", "Report", draw_report, False),
 )
 
 

@@ -3,7 +3,15 @@
 import math
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 from bpy.types import PropertyGroup
 
 from .core.scene import Camera
@@ -214,6 +222,17 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         description="What pixels show whose ray reached a limit or became infinite",
         items=FAILED_RAYS_ITEMS,
         default=DEFAULTS.failed_rays,
+    )
+    report_folder: StringProperty(
+        name="Folder",
+        description="Where the report is written; // is beside the .blend file",
+        default="//nonlinear_rays_report",
+        subtype="DIR_PATH",
+    )
+    report_quick: BoolProperty(
+        name="Quick",
+        description="Measure fewer rays, methods and repetitions: less exact, and much faster",
+        default=True,
     )
 
 

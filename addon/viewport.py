@@ -9,7 +9,7 @@ import numpy as np
 
 from .core.scene import Camera
 from .export import export_scene
-from .job import Job
+from .job import Job, render_job
 from .model_properties import model_and_placement
 from .properties import settings_from
 
@@ -98,7 +98,7 @@ class Viewport:
             self._message = str(error)
             return
         self._message = ""
-        self._job = Job(exported, settings)
+        self._job = render_job(exported, settings)
 
     def _collect(self) -> None:
         """Take the finished picture, or ask to be drawn again."""
@@ -110,8 +110,8 @@ class Viewport:
         job, self._job = self._job, None
         if job.error is not None:
             self._message = str(job.error)
-        elif job.frame is not None:
-            self._texture = _texture(job.frame.passes["Combined"])
+        elif job.result is not None:
+            self._texture = _texture(job.result.passes["Combined"])
 
     def _draw_texture(self, scene, width: int, height: int) -> None:
         import gpu  # does not work in background mode before 5.2

@@ -123,6 +123,9 @@ def one_line(capsys):
         (["render", "--frames", "x"], 2, "'x'"),
         (["render", "--layer", "None such"], 2, "None such"),
         (["render", "--output", "/proc/none"], 1, "/proc/none"),
+        (["report", "--frames", "1"], 2, "--frames"),
+        (["report", "--layer", "None such"], 2, "None such"),
+        (["report", "--output", "/proc/none"], 1, "/proc/none"),
     ],
 )
 def test_a_wrong_command_line_says_why_in_one_line(commands, scene, capsys, arguments, status, words):
@@ -130,9 +133,10 @@ def test_a_wrong_command_line_says_why_in_one_line(commands, scene, capsys, argu
     assert words in one_line(capsys)
 
 
-def test_help_is_no_failure(commands, capsys):
-    assert commands.main(["render", "--help"]) == 0
-    assert "--frames" in capsys.readouterr().out
+@pytest.mark.parametrize(("command", "option"), [("render", "--frames"), ("report", "--quick")])
+def test_help_is_no_failure(commands, capsys, command, option):
+    assert commands.main([command, "--help"]) == 0
+    assert option in capsys.readouterr().out
 
 
 def test_no_camera_is_one_line(commands, empty_file, tmp_path, capsys):

@@ -160,7 +160,7 @@ def test_a_job_can_be_cancelled(extension, monkeypatch):
 
     monkeypatch.setattr(trace, "render", render)
     scene = extension("addon.core.scene").Scene(camera=None, model=None)
-    running = job.Job(scene, extension("addon.core.settings").Settings())
+    running = job.render_job(scene, extension("addon.core.settings").Settings())
     assert not running.wait(0.2)
     assert running.fraction == 0.25
     assert "25 %" in running.text

@@ -98,3 +98,25 @@ def test_png_goes_through_the_view_transform_and_leaves_the_settings(image, exte
     saved.colorspace_settings.is_data = True
     assert read(saved)[1, 0, 0] == pytest.approx(0.7354, abs=0.01)  # sRGB's curve at 0.5
     assert read(saved)[0, 0, 0] == 0.0
+
+
+def test_the_legend_has_the_colours_of_the_coloured_status(empty_file, extension):
+    """A swatch for each number, from left to right, that shows the colour and the number itself."""
+    status = extension("addon.core.status").Status
+    frame = extension("addon.core.frame").Frame(
+        {
+            "Combined": np.ones((1, len(status), 4), np.float32),
+            "Status": np.arange(len(status), dtype=np.float32).reshape(1, -1, 1),
+        }
+    )
+    extension("addon.image").show_frame(frame)
+    assert bpy.ops.nonlinear_rays.status_legend() == {"FINISHED"}
+    colored, legend = (bpy.data.images[f"Nonlinear Rays Status {name}"] for name in ("Colours", "Legend"))
+    assert colored.colorspace_settings.is_data and legend.colorspace_settings.is_data
+    colors, swatches = read(colored)[0, :, :3], np.split(read(legend)[..., :3], len(status), axis=1)
+    assert len(np.unique(colors, axis=0)) == len(status)
+    for color, swatch in zip(colors, swatches, strict=True):
+        assert np.array_equal(swatch[0, 0], color)
+        digit = (swatch != color).any(axis=-1)
+        assert 0.1 < digit.mean() < 0.4
+    assert len({(swatch != color).any(axis=-1).tobytes() for color, swatch in zip(colors, swatches, strict=True)}) == 8
