@@ -17,9 +17,7 @@ bool absorbed(RayState s) {
     return medium(s.x).w <= 0.0;
 }
 
-// No step may dive through the layer, nor be so long that its chord leaves the ray by a fiftieth of the layer's height.
+// No step may dive through the layer.
 float longest_step(RayState s) {
-    float dive = max(0.5 / u_mirage_c, 0.5 * s.x.z) / max(abs(s.v.z), 1e-30);
-    float chord = sqrt(0.32 / max(abs(u_mirage_b), 1e-12)) / u_mirage_c;
-    return min(dive, chord / max(length(s.v), 1e-30));
+    return max(0.5 / u_mirage_c, 0.5 * s.x.z) / max(abs(s.v.z), 1e-30);
 }
