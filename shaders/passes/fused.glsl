@@ -255,13 +255,13 @@ void main() {
 #else
         float next = next_step(h, attempt.error);
 #endif
-        bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
         if (stands) {
             s = attempt.state;
             rate = rate_behind;
             tau += length_of_step;
             summed_error += attempt.error;
         }
+        bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
         h = next;
         if (absorbed(s)) status = ABSORBED;
         else if (escaped(s, rate)) status = ESCAPED;

@@ -404,9 +404,10 @@ def through_ball(impact, n):
 
 def test_thin_fronts_converge_to_snells_law():
     """Refraction in and out of n = 1.5 through fronts of 1e-1 ... 1e-3 R: the difference from a sharp sphere is of the
-    order of the thickness. The float32 floor: x rounds by EPS, n by EPS * 0.5 / thickness, and this for every step.
+    order of the thickness. The float32 floor: x rounds by EPS, n by EPS * 0.5 / thickness, and this for every step; the
+    roundings add up as a random walk, over the cosine of incidence.
     """
-    errors = []
+    errors, walks = [], []
     for thickness in (1e-1, 1e-2, 1e-3):
         model = REFRACTION(medium="shell", strength=0.5, thickness=thickness)
         x, d, _, _ = beam(BALL)
@@ -415,7 +416,8 @@ def test_thin_fronts_converge_to_snells_law():
         floor = 2 * EPS * 0.5 / thickness * ends.steps.max()
         errors.append(report(f"thickness {thickness:g}", deflection(ends) - through_ball(BALL, 1.5), thickness + floor))
         report(f"thickness {thickness:g}, drift", ends.invariant_drift, 20 * TOLERANCE + floor)
-    assert errors[1] < errors[0] / 4 and errors[2] < errors[1] / 4
+        walks.append(EPS * 0.5 / thickness * math.sqrt(ends.steps.max() / (1 - BALL.max() ** 2)))
+    assert errors[1] < errors[0] / 4 + walks[1] and errors[2] < errors[1] / 4 + walks[2]
 
 
 @pytest.mark.parametrize("thickness", [1e-4, 1e-5, 1e-6])
