@@ -18,7 +18,7 @@ from ..reference import true_ends
 from ..scene import Scene
 from ..settings import Settings
 from ..trace import render
-from . import ablation, error_map, png, stability
+from . import ablation, error_map, png, stability, stiff
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .compare import summarise
@@ -51,6 +51,7 @@ class Report:
     environment: dict[str, str]
     work_precision: list[dict] = field(default_factory=list)
     stability: list[dict] = field(default_factory=list)
+    stiff: list[dict] = field(default_factory=list)
     error_maps: list[dict] = field(default_factory=list)
     ablation: list[dict] = field(default_factory=list)
     half_floats: list[dict] = field(default_factory=list)
@@ -91,7 +92,8 @@ def write(
         _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.7, 1.0))
     else:
         _ablation(report, page, effort, _part(progress, 0.7, 0.8))
-        diagrams |= _stability(report, page, quick, _part(progress, 0.8, 1.0))
+        diagrams |= _stability(report, page, quick, _part(progress, 0.8, 0.95))
+        _stiff(report, page, quick, _part(progress, 0.95, 1.0))
     progress(1.0, "Writing")
     folder.mkdir(parents=True, exist_ok=True)
     for name, diagram in diagrams.items():
@@ -296,6 +298,17 @@ def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> d
     return {f"stability_{_file_name(diagram.title)}": diagram for diagram in drawn}
 
 
+def _stiff(report: Report, page: Page, quick: bool, progress: Progress) -> None:
+    report.stiff = stiff.run(quick, progress)
+    page.section("Stiff laws: where the Rosenbrock method wins")
+    page.text(
+        "At equal error: the cheapest setting of each method whose 99th percentile is within "
+        f"{stiff.GOAL:g} rad (at rest: of the way). A gain above 1 is faster than the best explicit method."
+    )
+    page.text(*stiff.sentences(report.stiff), advice=True)
+    page.table(report.stiff, STIFF_COLUMNS)
+
+
 VERDICTS = {True: "yes", False: "NO", None: "reported"}
 STABILITY_COLUMNS = {
     "case": "case",
@@ -309,6 +322,17 @@ STABILITY_COLUMNS = {
     "statuses": "rays",
     "steps_max": "most steps",
     "mean_step": "mean step, τ",
+}
+STIFF_COLUMNS = {
+    "case": "case",
+    "value": "value",
+    "integrator": "integrator",
+    "tolerance": "tolerance",
+    "error_p99_rad": "99 %, rad",
+    "steps_mean": "steps",
+    "steps_max": "most steps",
+    "time_min_ms": "ms",
+    "gain": "gain",
 }
 ERROR_COLUMNS = {
     "error_max_px": "max, px",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import device as gpu
 from ..models import Model
 from ..reference import Truth, angles, true_ends
 from ..settings import PIPELINES, WITH_ERROR_ESTIMATE, Settings
@@ -31,7 +32,7 @@ MISCLASSIFIED = 0.5  # percent of the rays that a recommended setting may end el
 class Effort:
     """side : side² rays against the reference;  picture : picture² pixels for the time;  repeats : after a warm-up;
     patience : seconds after which a setting is not repeated any more;  most_steps : that a ray may take
-    all_methods : or without step doubling where the integrator estimates its error itself
+    all_methods : or with embedded control alone where the integrator estimates its error itself
     """
 
     side: int
@@ -48,7 +49,7 @@ class Effort:
         return [
             method
             for method in METHODS
-            if self.all_methods or method.step_control != "doubling" or method.integrator not in WITH_ERROR_ESTIMATE
+            if self.all_methods or method.step_control == "embedded" or method.integrator not in WITH_ERROR_ESTIMATE
         ]
 
 
@@ -159,13 +160,17 @@ def precision(
 
 def work(case: Case, settings: Settings, effort: Effort) -> dict[str, float]:
     """The time that tracing takes: the least of several, and the median. The warm-up is a picture of a few pixels:
-    drivers compile at the first draw.
+    drivers compile at the first draw. A program that only long rays need may still be compiled after it: such a run
+    does not count.
     """
     settings = replace(settings, passes=("Direction",))
     compiled = render(case.small(WARM_UP, WARM_UP), settings).statistics.milliseconds["compile"]
     scene, begin, times = case.small(effort.picture, effort.picture), time.perf_counter(), []
     while len(times) < effort.repeats and (not times or time.perf_counter() - begin < effort.patience):
-        times.append(render(scene, settings).statistics.milliseconds["trace"])
+        programs = gpu.run(lambda device: device.program_count)
+        milliseconds = render(scene, settings).statistics.milliseconds["trace"]
+        if gpu.run(lambda device: device.program_count) == programs:
+            times.append(milliseconds)
     rays = effort.picture**2
     return {
         "time_min_ms": min(times),
