@@ -201,7 +201,7 @@ def draw_report(layout, context) -> None:
             continue
         box = layout.box()
         sentence(box, context, f"Below {found.goal:g} pixel: {found.label}")
-        sentence(box, context, f"{found.error:.2g} pixel, {found.milliseconds:,.1f} ms to trace")
+        sentence(box, context, f"{found.error:.2g} pixel, {found.nanoseconds:,.0f} ns a ray")
         box.operator(NONLINEAR_RAYS_OT_use_recommended.bl_idname).index = index
 
 
@@ -255,8 +255,8 @@ SECTIONS = (  # name, label, function, open at first
     ("integration", "Integration", draw_integration, False),
     ("passes", "Output Passes", draw_passes, False),
     ("performance", "Performance", draw_performance, False),
-    ("last_render", "Last Render", draw_last_render, True),
     ("report", "Report", draw_report, False),
+    ("last_render", "Last Render", draw_last_render, True),
 )
 
 

@@ -15,19 +15,21 @@ from .presets import RAYS
 class Recommendation(NamedTuple):
     """model : that it was measured for;  label : of the method
     goal, error : pixels, of 99 in 100 rays: what was asked for, and what was measured
-    milliseconds : to trace the scene's picture;  settings : properties of Scene.nonlinear_rays by name
+    nanoseconds : to trace a ray;  settings : properties of Scene.nonlinear_rays by name
     """
 
     model: str
     label: str
     goal: float
     error: float
-    milliseconds: float
+    nanoseconds: float
     settings: dict[str, object]
 
 
-def of_row(row: dict, pixel: float) -> Recommendation:
-    """row : of the list `recommended` of report.json;  pixel : radians, what the panel's tolerance is in units of."""
+def of_row(row: dict, nanoseconds: float, pixel: float) -> Recommendation:
+    """row : of the list `recommended` of report.json;  nanoseconds : a ray, as work_precision has it
+    pixel : radians, what the panel's tolerance is in units of
+    """
     method = Method(row["pipeline"], row["integrator"], row["step_control"])
     settings = {
         "pipeline": method.pipeline,
@@ -40,13 +42,19 @@ def of_row(row: dict, pixel: float) -> Recommendation:
     else:
         settings["tolerance"] = row["value"] / pixel
     error = row["promised_px"] if row["rendered_px"] is None else row["rendered_px"]
-    return Recommendation(row["model"], method.label, row["goal_px"], error, row["trace_ms"], settings)
+    return Recommendation(row["model"], method.label, row["goal_px"], error, nanoseconds, settings)
 
 
 def of_report(index: Path, pixel: float) -> tuple[Recommendation, ...]:
     """index : path of the report's page;  pixel : radians."""
     content = json.loads(index.with_name("report.json").read_text(encoding="utf-8"))
-    return tuple(of_row(row, pixel) for row in content["recommended"])
+    times = {_key(row): row["ns_per_ray"] for row in content["work_precision"] if not row["papers_default"]}
+    return tuple(of_row(row, times[_key(row)], pixel) for row in content["recommended"])
+
+
+def _key(row: dict) -> tuple:
+    """What a row's setting is told by."""
+    return row["pipeline"], row["integrator"], row["step_control"], row["value"]
 
 
 def apply(scene: bpy.types.Scene, recommendation: Recommendation) -> None:
