@@ -155,12 +155,17 @@ def trace_rays(
 
     positions, directions : (n, 3), model space; directions need not be unit, and are the observer's
     scene : its objects are hit by the rays; its camera, model and sky are not used
-    Raises SettingsError, ValueError for wrong shapes or values that are not finite, device.DeviceError.
+    Raises SettingsError, SceneError where a ray begins where the observer cannot be, ValueError for wrong shapes or
+    values that are not finite, device.DeviceError.
     """
     positions, directions = _rays(positions, directions)
     n = len(positions)
     if n == 0:
         return _empty_ends()
+    if settings.observer != "chart":  # a ray of the chart is nobody's: where it cannot go on, its status says so
+        problem = model.observer_problem(settings.observer, positions)
+        if problem:
+            raise SceneError(problem)
     rows = math.ceil(n / RAYS_A_ROW)
     columns = min(n, RAYS_A_ROW)
     camera = Camera(np.eye(4), (-1, 1, -1, 1), columns, rows)

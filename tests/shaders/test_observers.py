@@ -8,7 +8,7 @@ import pytest
 from addon.core.models import MODELS
 from addon.core.scene import SceneError
 from addon.core.settings import Settings, SettingsError
-from addon.core.status import Status
+from addon.core.status import FAILURES, Status
 from addon.core.trace import render, trace_rays
 from tests.core.test_kerr import points
 from tests.shaders import scenes, truth
@@ -326,3 +326,25 @@ def test_forward_and_back_in_schwarzschild():
     print(f"largest {error.max():.1e} rad, {(error / bound).max():.2f} of its bound")
     assert (back.status == Status.ESCAPED).all()
     assert (error <= bound).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "observer", "bad"),
+    [
+        ("schwarzschild", {}, "static", (1.5, 0, 0)),
+        ("kerr", {"spin": 0.99}, "static", (1.6, 0, 0)),
+        ("kerr", {"spin": 0.99}, "falling", (0.5, 0, 0)),
+        ("wormhole", {}, "moving", (0, 0, 0)),
+        ("refraction", {"medium": "isotropic"}, "static", (0.4, 0, 0)),
+    ],
+)
+def test_rays_are_refused_where_their_observer_cannot_be(name, values, observer, bad):
+    """With the sentence that refuses a camera there, be it one ray of several. A ray of the chart ends in a status."""
+    model, fine = MODELS[name](**values), (50.0, 0.0, 0.0)
+    sentence = model.observer_problem(observer, np.array(bad))
+    assert sentence.startswith("The camera is at") and model.observer_problem(observer, np.array(fine)) is None
+    with pytest.raises(SceneError) as refused:
+        trace_rays(model, [fine, bad, fine], [(1, 0, 0)] * 3, Settings(observer=observer))
+    assert str(refused.value) == sentence
+    assert trace_rays(model, [bad], [(1, 0, 0)], Settings()).status[0] in {Status.ABSORBED, *FAILURES}
+    assert trace_rays(model, [fine], [(1, 0, 0)], Settings(observer=observer)).status[0] == Status.ESCAPED

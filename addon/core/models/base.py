@@ -119,8 +119,8 @@ class Model:
         """
         return self.flat_radius()
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
-        """Why this observer cannot exist at this position ((3,), model space); None where it can."""
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
+        """Why this observer cannot exist at one of these positions ((3,) or (n, 3), model space); None where he can."""
         return None
 
     # Its shader

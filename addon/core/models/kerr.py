@@ -127,17 +127,20 @@ class Kerr(Model):
         """The chart is still twisted at r: a ray that leaves there turns by 2aM/r², 2e-6 rad here, 2e-4 at 100 M."""
         return 1000.0 * self.mass
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
         if self.mass == 0.0:
             return None
-        x = np.asarray(position, np.float64).reshape(1, 3)
-        r = float(self.radius(x)[0])
+        x = np.asarray(positions, np.float64).reshape(-1, 3)
+        radii = self.radius(x)
+        r = float(radii.min())
         if r <= self.horizon:
             return (
                 f"The camera is at r = {r:g}, inside the horizon (r = {self.horizon:g} model lengths), "
                 "where this picture has no meaning. Move the camera out or lower the mass or the scale."
             )
-        if observer != "falling" and float(self.fields(x)[0][0]) >= 1.0:
+        inside = self.fields(x)[0] >= 1.0
+        if observer != "falling" and inside.any():
+            r = float(radii[inside].min())
             return (
                 f"The camera is at r = {r:g}, inside the ergosphere, where nothing stays at rest, so that an observer "
                 f"'{observer}' cannot exist. Move the camera out, or choose the observer 'falling'."

@@ -200,10 +200,13 @@ class Refraction(Model):
     def escape_radius(self, reach: float) -> float:
         return self.law.escape_radius(reach)
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
-        if self.law.dark(np.asarray(position, np.float64)[None])[0]:
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
+        x = np.asarray(positions, np.float64).reshape(-1, 3)
+        dark = self.law.dark(x)
+        if dark.any():
+            place = ", ".join(f"{value:g}" for value in x[dark.argmax()])
             return (
-                f"The camera is at ({', '.join(f'{value:g}' for value in position)}) model lengths, where the medium "
+                f"The camera is at ({place}) model lengths, where the medium "
                 f"'{self.law.label}' has no light (its n is not a positive number there). Move the camera or the model."
             )
         return None

@@ -50,8 +50,8 @@ class Schwarzschild(Model):
         """
         return max(self.flat_radius(), min(10.0 * reach, 1e4 * self.mass))
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
-        r = float(np.linalg.norm(position))
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
+        r = float(np.linalg.norm(positions, axis=-1).min())
         if r <= 2.0 * self.mass:
             return (
                 f"The camera is at r = {r:g}, inside the horizon (r = {2 * self.mass:g} model lengths), "

@@ -72,8 +72,8 @@ class Wormhole(Model):
     def flat_radius(self) -> float:
         return 100.0 * self.throat_radius
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
-        rho = float(np.linalg.norm(position))
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
+        rho = float(np.linalg.norm(positions, axis=-1).min())
         nearest = 1e-6 * self.throat_radius
         if rho <= nearest:
             return (
