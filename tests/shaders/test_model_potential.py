@@ -134,7 +134,7 @@ def test_coulomb_turns_by_two_arctan(k, pipeline):
     b = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 30.0])
     positions = np.stack([np.full(6, -far), b, np.zeros(6)], axis=1)
     directions = np.tile((1.0, 0.0, 0.0), (6, 1))
-    settings = replace(HIGH, pipeline=pipeline, escape_radius=1.1 * far)
+    settings = replace(HIGH, pipeline=pipeline)
     ends = trace_rays(potential(xi="coulomb", k=k), positions, directions, settings)
     turned = -np.arctan2(ends.direction[:, 1].astype(float), ends.direction[:, 0].astype(float))
     speed_squared = 1.0 - 2.0 * k / far

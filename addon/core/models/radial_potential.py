@@ -150,8 +150,18 @@ class RadialPotential(Model):
         reach = radii[min(bent[-1] + 1, len(radii) - 1)] if len(bent) else 0.0
         return float(np.linalg.norm(self.centres, axis=1).max() + reach)
 
-    def observer_problem(self, observer: str, position: np.ndarray) -> str | None:
-        r = float(np.linalg.norm(position - self.centres, axis=1).min())
+    def escape_radius(self, reach: float) -> float:
+        """Coulomb's force falls so slowly that it has to begin at the camera: a ray that went straight until FARTHEST
+        would be faster there by k / FARTHEST than one from far out.
+        """
+        flat = self.flat_radius()
+        if self.xi != "coulomb":
+            return flat
+        return max(flat, min(1.1 * reach, len(self.centres) * abs(self.k) / FLAT))
+
+    def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
+        x = np.asarray(positions, np.float64).reshape(-1, 3)
+        r = min(float(np.linalg.norm(x - centre, axis=1).min()) for centre in self.centres)
         if self.xi != "cubic" and r < self.core_radius:
             return (
                 f"The camera is {r:g} model lengths from a centre, within its core of {self.core_radius:g}, where "
