@@ -35,10 +35,15 @@ ICON = 32  # pixels a side
 _icons = None
 
 
+def linear_colors() -> np.ndarray:
+    """float32, (statuses, 3): what the screen shows as COLORS in an image of numbers, by sRGB's own curve."""
+    shown = np.array([COLORS[status] for status in Status])
+    return np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
 def colored(status: np.ndarray) -> np.ndarray:
     """float32, (height, width, 1), numbers of Status -> float32, (height, width, 3)."""
-    table = np.array([COLORS[each] for each in Status], np.float32)
-    return table[status[..., 0].astype(np.int64)]
+    return linear_colors()[status[..., 0].astype(np.int64)]
 
 
 def legend() -> np.ndarray:
@@ -46,9 +51,9 @@ def legend() -> np.ndarray:
     right; row 0 is the bottom.
     """
     swatches = []
-    for status in Status:
+    for status, color in zip(Status, linear_colors(), strict=True):
         swatch = np.empty((SWATCH, SWATCH, 3), np.float32)
-        swatch[:] = COLORS[status]
+        swatch[:] = color
         dots = np.array([letter == "1" for letter in DIGITS[status]]).reshape(5, 3)[::-1]
         digit = dots.repeat(DOT, axis=0).repeat(DOT, axis=1)
         bottom, left = (SWATCH - digit.shape[0]) // 2, (SWATCH - digit.shape[1]) // 2
