@@ -18,7 +18,7 @@ from ..compose import Choice
 from ..device import Device
 from ..status import Status
 from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
-from .tile import Request, Stopwatch, TileEnds
+from .tile import Request, Stopwatch, TileEnds, shading_choice
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
@@ -86,13 +86,9 @@ class FusedPipeline:
                 flags.add("FAR_SKY")
                 files.append("environment/far_constant" if request.far_sky.faces is None else "environment/far_cube")
             if "GEOMETRY" in flags:
-                files.append("shading/blinn_phong")
-                if packed.light_count:
-                    flags.add("LIGHTS")
-                    files.append("shading/lights")
-                if "u_image_table" in packed.arrays:
-                    flags.add("IMAGES")
-                    files.append("shading/images")
+                shading, shading_flags = shading_choice(packed)
+                files += shading
+                flags |= shading_flags
             if settings.filter_textures:
                 self._choose_filters(files, flags)
         if asked & {"depth", "steps", "error", "drift"}:

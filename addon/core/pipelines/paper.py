@@ -22,7 +22,7 @@ import numpy as np
 
 from ..compose import Choice
 from ..device import Device, read
-from .tile import Request, Stopwatch, TileEnds
+from .tile import Request, Stopwatch, TileEnds, shading_choice
 
 FAR = 1.0e30  # depth where nothing was hit
 LONGEST_DRAW = 0.05  # seconds that one draw may take; display drivers kill draws of seconds
@@ -154,13 +154,8 @@ class PaperPipeline:
         packed = self.request.packed
         shading, flags = [], set(self.flags & {"COLOR", "SURFACE_PASSES"})
         if "COLOR" in flags:
-            shading.append("shading/blinn_phong")
-            if packed.light_count:
-                shading.append("shading/lights")
-                flags.add("LIGHTS")
-            if "u_image_table" in packed.arrays:
-                shading.append("shading/images")
-                flags.add("IMAGES")
+            shading, shading_flags = shading_choice(packed)
+            flags |= shading_flags
         kinds = []
         if packed.triangle_count:
             culled = flags | {"CULL_GROUPS"} if "u_triangle_groups" in packed.arrays else flags

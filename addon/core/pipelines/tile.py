@@ -111,3 +111,15 @@ class TileEnds:
     surface: np.ndarray | None = None
     tally: np.ndarray | None = None
     frequency: np.ndarray | None = None
+
+
+def shading_choice(packed: Packed) -> tuple[list[str], set[str]]:
+    """Files of shaders/, and flags, that define shade() for these objects."""
+    files, flags = ["shading/blinn_phong"], set()
+    if packed.light_count:
+        files.append("shading/lights")
+        flags.add("LIGHTS")
+    if "u_image_table" in packed.arrays:
+        files.append("shading/images")
+        flags.add("IMAGES")
+    return files, flags
