@@ -204,7 +204,7 @@ class FusedPipeline:
             self._learn(columns, rows, time.perf_counter() - begin)
         parts = self._read(columns, rows)
         if (parts["v"][..., 3] == Status.RUNNING).any():
-            parts = self._go_on(parts, corners, values, report, stopped)
+            parts = self._go_on(self._read(columns, rows, state=True), corners, values, report, stopped)
         return parts and TileEnds(
             parts["x"], parts["v"], parts.get("color"), parts.get("surface"), parts.get("tally"), parts.get("frequency")
         )
@@ -244,7 +244,7 @@ class FusedPipeline:
                 table_of_quads.write(corners[listed].astype(np.float32).tobytes(), (0, 0, wide, high))
                 textures = {f"u_ray_{name}": table for name, table in tables.items()} | {"u_quads": table_of_quads}
                 self._draw(choice, (2 * wide, 2 * high), self.textures | textures, values)
-            for name, part in self._read(2 * wide, 2 * high).items():
+            for name, part in self._read(2 * wide, 2 * high, state=True).items():
                 new = _in_quads(part)[: len(needed)]
                 quads[name][needed] = np.where(running[needed][..., None], new, quads[name][needed])
         return {name: _as_picture(part, (columns + 1) // 2)[:rows, :columns] for name, part in quads.items()}
@@ -282,11 +282,12 @@ class FusedPipeline:
             values["u_bounds_low"], values["u_bounds_high"] = (tuple(corner) for corner in request.packed.bounds)
         return values
 
-    def _read(self, columns: int, rows: int) -> dict[str, np.ndarray]:
-        """Output name -> float32, (rows, columns, 4)."""
+    def _read(self, columns: int, rows: int, state: bool = False) -> dict[str, np.ndarray]:
+        """Output name -> float32, (rows, columns, 4).  state : also what only rays that go on need"""
         with self.watch.stage("read"):
             names = [name.removeprefix("out_") for name in self.target.outputs]
-            return {name: self.target.read(index, columns, rows) for index, name in enumerate(names)}
+            wanted = [(index, name) for index, name in enumerate(names) if state or name != "more"]
+            return {name: self.target.read(index, columns, rows) for index, name in wanted}
 
 
 def _corners(columns: int, rows: int) -> np.ndarray:
