@@ -56,6 +56,7 @@ class RayEnds:
     parameter        float32, (n,), tau
     status           int32, (n,), values of Status
     steps            int32, (n,), steps of the integrator, half steps and repeated ones counted
+    rejected         int32, (n,), those of them that step control took back; 0 for constant steps
     invariant_drift  float32, (n,), largest change of an invariant, as a part of the largest invariant
     error            float32, (n,), radians, the step control's own estimate, summed; 0 for constant steps
     """
@@ -65,6 +66,7 @@ class RayEnds:
     parameter: np.ndarray
     status: np.ndarray
     steps: np.ndarray
+    rejected: np.ndarray
     invariant_drift: np.ndarray
     error: np.ndarray
 
@@ -171,17 +173,19 @@ def trace_rays(
     camera = Camera(np.eye(4), (-1, 1, -1, 1), columns, rows)
     scene = Scene(camera, model) if scene is None else replace(scene, camera=camera, model=model)
     folded = [_folded(rays, rows, columns) for rays in (positions, directions)]
-    asked = {"steps", "drift"} | ({"error"} if settings.step_control != "constant" else set())
+    asked = {"steps", "drift"} | ({"error", "rejected"} if settings.step_control != "constant" else set())
     packed = pack_for(scene, settings)
     reach = float(np.linalg.norm(positions, axis=1).max())
     request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
     pipeline = make_pipeline(request, (columns, rows), columns, rows, Stopwatch())
     whole = TileEnds(*(np.empty((rows, columns, 4), np.float32) for _ in range(2)))
-    whole.tally = np.empty_like(whole.position)
+    whole.tally, whole.rejected = np.empty_like(whole.position), np.zeros_like(whole.position)
     for x, y, width, height, _ in jobs(columns, rows, 1, pipeline.tile_size):
         ends = _trace_tile(pipeline, width, height, (x, y), lambda fraction: None, cancelled)
-        for name in ("position", "velocity", "tally"):
-            getattr(whole, name)[y : y + height, x : x + width] = getattr(ends, name)
+        for name in ("position", "velocity", "tally", "rejected"):
+            part = getattr(ends, name)
+            if part is not None:
+                getattr(whole, name)[y : y + height, x : x + width] = part
 
     def flat(values: np.ndarray) -> np.ndarray:
         return values.reshape(rows * columns, -1)[:n]
@@ -195,6 +199,7 @@ def trace_rays(
         parameter=flat(whole.position)[:, 3],
         status=velocity[:, 3].astype(np.int32),
         steps=tally[:, 1].astype(np.int32),
+        rejected=flat(whole.rejected)[:, 0].astype(np.int32),
         invariant_drift=tally[:, 3],
         error=tally[:, 2],
     )
@@ -542,4 +547,4 @@ def _folded(rays: np.ndarray, rows: int, columns: int) -> np.ndarray:
 
 def _empty_ends() -> RayEnds:
     zero, none = np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
-    return RayEnds(zero, zero, none, none.astype(np.int32), none.astype(np.int32), none, none)
+    return RayEnds(zero, zero, none, *(none.astype(np.int32) for _ in range(3)), none, none)

@@ -101,6 +101,9 @@ uniform int u_draw_steps;  // of a ray in this draw
 uniform sampler2D u_ray_x;  // the outputs of the last draw
 uniform sampler2D u_ray_v;
 uniform sampler2D u_ray_more;
+#ifdef REJECTED
+uniform sampler2D u_ray_rejected;
+#endif
 #endif
 #ifdef QUAD_LIST
 uniform sampler2D u_quads;  // the pixels at the lower left corners of the 2 x 2 quads to draw
@@ -112,6 +115,9 @@ out vec4 out_x;  // where it ended, tau
 out vec4 out_v;  // unit direction there, status; v of a ray that is to go on
 #ifndef STRAIGHT
 out vec4 out_more;  // for going on: the next step size, the last error estimate, their sum, steps taken
+#endif
+#ifdef REJECTED
+out vec4 out_rejected;  // of the steps taken, those whose result did not stand
 #endif
 #ifdef COLOR
 out vec4 out_color;
@@ -212,6 +218,13 @@ void main() {
 #ifdef ADAPTIVE
     float summed_error = more.z;
 #endif
+#ifdef REJECTED
+#ifdef RESUMED
+    float rejected = texelFetch(u_ray_rejected, drawn, 0).x;
+#else
+    float rejected = 0.0;
+#endif
+#endif
 #ifdef EMBEDDED
     float error_before = more.y;
 #endif
@@ -237,15 +250,16 @@ void main() {
         h = min(h, time_left(tau) / float(u_steps));
 #endif
         float length_of_step = float(u_steps) * h;
-        taken += 3 * u_steps;
+        int tried = 3 * u_steps;
 #else
         h = min(h, longest_step(s));
 #ifdef TIMED
         h = min(h, time_left(tau));
 #endif
         float length_of_step = h;
-        ++taken;
+        const int tried = 1;
 #endif
+        taken += tried;
         RayState rate_behind;
         Step attempt = attempt_step(s, rate, h, rate_behind);
         bool stands = accepted(attempt.error);
@@ -261,6 +275,9 @@ void main() {
             tau += length_of_step;
             summed_error += attempt.error;
         }
+#ifdef REJECTED
+        if (!stands) rejected += float(tried);
+#endif
         bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
         h = next;
         if (absorbed(s)) status = ABSORBED;
@@ -360,6 +377,9 @@ void main() {
 #ifdef EMBEDDED
     out_more.y = error_before;
 #endif
+#endif
+#ifdef REJECTED
+    out_rejected = vec4(rejected);
 #endif
 #ifdef DRIFT
     RayState end = s;

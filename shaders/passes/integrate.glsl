@@ -25,7 +25,7 @@ out vec4 out_x;
 out vec4 out_v;
 #ifdef EFFORT
 uniform sampler2D u_effort;
-out vec4 out_effort;  // summed error estimate, steps
+out vec4 out_effort;  // summed error estimate, steps, those of them that did not stand
 #endif
 
 #ifdef CHORDS
@@ -52,6 +52,7 @@ void main() {
     float error_before = first_error();
     float summed_error = 0.0;
     int taken = 0;
+    int rejected = 0;
 #ifdef CHORDS
     RayState first = s;
 #endif
@@ -77,11 +78,14 @@ void main() {
             tau += h;
             summed_error += attempt.error;
             error_before = attempt.error;
+        } else {
+            ++rejected;
         }
         h = next;
         // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
         if (too_small) {
             h = -h;
+            ++taken;
             break;
         }
 #ifdef CHORDS
@@ -95,7 +99,7 @@ void main() {
     out_x = vec4(s.x, tau);
     out_v = vec4(s.v, h);
 #ifdef EFFORT
-    out_effort = texelFetch(u_effort, pixel, 0) + vec4(summed_error, float(taken), 0.0, 0.0);
+    out_effort = texelFetch(u_effort, pixel, 0) + vec4(summed_error, float(taken), float(rejected), 0.0);
 #endif
 #else
     float h = v.w * u_step_factor;

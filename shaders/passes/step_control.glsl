@@ -21,7 +21,7 @@ out vec4 out_v;
 #ifdef EFFORT
 uniform sampler2D u_effort;
 uniform float u_steps_a_segment;
-out vec4 out_effort;  // summed error estimate, steps
+out vec4 out_effort;  // summed error estimate, steps, those of them that did not stand
 #endif
 
 // The model's bound holds for one step; a segment of n of them may go twice as far and so never past the centre.
@@ -50,6 +50,6 @@ void main() {
     out_x = vec4(s.x, stands ? half_x.w : x.w);
     out_v = vec4(s.v, min(h, longest_in_segment(s)));
 #ifdef EFFORT
-    out_effort = texelFetch(u_effort, pixel, 0) + vec4(stands ? error : 0.0, u_steps_a_segment, 0.0, 0.0);
+    out_effort = texelFetch(u_effort, pixel, 0) + vec4(stands ? error : 0.0, u_steps_a_segment, stands ? 0.0 : u_steps_a_segment, 0.0);
 #endif
 }

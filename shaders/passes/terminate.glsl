@@ -49,8 +49,11 @@ out vec4 out_tally;  // depth, steps, error estimate, drift of the invariants
 #ifdef FREQUENCY
 out vec4 out_frequency;  // seen, as a multiple of that emitted at rest; 0 where no light comes from
 #endif
+#ifdef REJECTED
+out vec4 out_rejected;  // of the steps taken, those whose result did not stand
+#endif
 #ifdef EFFORT
-uniform sampler2D u_effort;  // summed error estimate, steps
+uniform sampler2D u_effort;  // summed error estimate, steps, those of them that did not stand
 #else
 uniform float u_steps_taken;
 #endif
@@ -107,6 +110,9 @@ void main() {
     float shift = status == ABSORBED || status == NOT_FINITE ? 0.0 : frequency_shift(origin, direction);
     if (status == HIT) shift *= clock_rate(x.xyz);
     out_frequency = vec4(shift);
+#endif
+#ifdef REJECTED
+    out_rejected = vec4(texelFetch(u_effort, pixel, 0).z);
 #endif
 #ifdef TALLY
     float drift = 0.0;

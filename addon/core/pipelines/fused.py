@@ -65,6 +65,8 @@ class FusedPipeline:
             if settings.step_control != "constant":
                 files.append(f"step_control/{settings.step_control}")
                 flags |= {"ADAPTIVE", settings.step_control.upper()}
+                if "rejected" in asked:
+                    flags.add("REJECTED")
         if packed.triangle_count or packed.sphere_count:
             flags |= {"GEOMETRY", "TREE"}
             if not request.straight:
@@ -206,7 +208,13 @@ class FusedPipeline:
         if (parts["v"][..., 3] == Status.RUNNING).any():
             parts = self._go_on(self._read(columns, rows, state=True), corners, values, report, stopped)
         return parts and TileEnds(
-            parts["x"], parts["v"], parts.get("color"), parts.get("surface"), parts.get("tally"), parts.get("frequency")
+            parts["x"],
+            parts["v"],
+            parts.get("color"),
+            parts.get("surface"),
+            parts.get("tally"),
+            parts.get("frequency"),
+            parts.get("rejected"),
         )
 
     def _draw(self, choice: Choice, size: tuple[int, int], textures: dict, values: dict) -> None:
@@ -237,7 +245,8 @@ class FusedPipeline:
             listed = needed[np.minimum(np.arange(wide * high), len(needed) - 1)]  # the last one fills up the last row
             with self.watch.stage("trace"):
                 if tables is None:
-                    tables = {name: self.device.texture((2 * wide, 2 * high)) for name in ("x", "v", "more")}
+                    names = ("x", "v", "more", "rejected") if "REJECTED" in choice.flags else ("x", "v", "more")
+                    tables = {name: self.device.texture((2 * wide, 2 * high)) for name in names}
                     table_of_quads = self.device.texture((wide, high), components=2)
                 for name, table in tables.items():
                     table.write(_as_picture(quads[name][listed], wide).tobytes(), (0, 0, 2 * wide, 2 * high))

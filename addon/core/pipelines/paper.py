@@ -115,8 +115,10 @@ class PaperPipeline:
                 flags.add("COLOR")
             if "surface" in asked:
                 flags.add("SURFACE_PASSES")
-        if self.settings.step_control != "constant" and asked & {"steps", "error"}:
+        if self.settings.step_control != "constant" and asked & {"steps", "error", "rejected"}:
             flags.add("EFFORT")
+            if "rejected" in asked:
+                flags.add("REJECTED")
         if self.settings.step_control == "embedded":
             flags |= {"EMBEDDED", "CHORDS"} if self.has_objects else {"EMBEDDED"}
         if asked & {"depth", "steps", "error", "drift"}:
@@ -220,7 +222,7 @@ class PaperPipeline:
 
         ray_type = "f2" if self.settings.ray_bits == 16 else "f4"
         ray = {"x": 4, "v": 4}
-        effort = {"effort": 2} if "EFFORT" in self.flags else {}
+        effort = {"effort": 4} if "REJECTED" in self.flags else {"effort": 2} if "EFFORT" in self.flags else {}
         self.rays = Pair(device, size, ray | effort, ray_type, tested)
         # Ray setup and the integrations of step doubling write x and v only.
         self.setup_target = device.target({name: self.rays.before[name] for name in ray})
@@ -399,4 +401,12 @@ class PaperPipeline:
             self._draw(self.sky, self.picture_target, textures, {"u_failed_color": failed})
             color = read(self.picture, columns, rows)
         parts = {name: read(texture, columns, rows) for name, texture in self.end_textures.items() if name != "color"}
-        return TileEnds(parts["x"], parts["v"], color, parts.get("surface"), parts.get("tally"), parts.get("frequency"))
+        return TileEnds(
+            parts["x"],
+            parts["v"],
+            color,
+            parts.get("surface"),
+            parts.get("tally"),
+            parts.get("frequency"),
+            parts.get("rejected"),
+        )

@@ -103,6 +103,7 @@ class TileEnds:
     surface   (…, 4): the hit's normal and object index, where asked for
     tally     (…, 4): depth, steps, error estimate, drift of the invariants, where asked for
     frequency (…, 4): of the light as the observer sees it, as a multiple of the emitted one, where asked for
+    rejected  (…, 4): of the steps taken, those whose result did not stand, where asked for and steps adapt
     """
 
     position: np.ndarray
@@ -111,6 +112,7 @@ class TileEnds:
     surface: np.ndarray | None = None
     tally: np.ndarray | None = None
     frequency: np.ndarray | None = None
+    rejected: np.ndarray | None = None
 
 
 def shading_choice(packed: Packed) -> tuple[list[str], set[str]]:
