@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.scene import Triangles
+from ..core.strips import in_strips
 from .materials import MaterialTable
 
 NO_AREA = 1e-12  # twice a triangle's area over its longest side squared, below which float64 is rounding
@@ -62,7 +64,7 @@ class Geometry:
         slots = [slot.material for slot in obj.material_slots] or [None]
         used = np.clip(mesh.slot, 0, len(slots) - 1)
         table = np.zeros(len(slots), np.int32)
-        for slot in np.unique(used):
+        for slot in np.flatnonzero(np.bincount(used)):
             table[slot] = self.materials.index(slots[slot])
             self._check_uv_maps(obj.name, mesh, table[slot])
         part, not_finite, no_area = place(
@@ -76,6 +78,8 @@ class Geometry:
     def triangles(self) -> Triangles:
         if not self._parts:
             return Triangles.empty()
+        if len(self._parts) == 1:
+            return self._parts[0]
         names = ("positions", "normals", "uvs", "material_index", "object_index")
         return Triangles(*(np.concatenate([getattr(part, name) for part in self._parts]) for name in names))
 
@@ -110,28 +114,38 @@ class Geometry:
 
 
 def read_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
-    """Bulk reads only: the time does not depend on Python's speed."""
+    """Bulk reads only: the time does not depend on Python's speed. Attributes come as they lie in memory, which is a
+    hundred times faster than the same values from `vertices`, `loops` and `loop_triangles`.
+    """
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
-    corners = _read(mesh.loop_triangles, "loops", np.int32, 3 * count)
-    vertex_of_corner = _read(mesh.loops, "vertex_index", np.int32, len(mesh.loops))
-    positions = _read(mesh.vertices, "co", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)
+    if len(mesh.loops) == len(mesh.polygons) * 3:  # of triangles, which are their own triangulation
+        corners = np.arange(3 * count)
+    else:
+        corners = _read(mesh.loop_triangles, "loops", np.int32, 3 * count)
+    positions = _attribute(mesh, "position", "vector", np.float32, len(mesh.vertices), 3)
+    vertex_of_corner = _attribute(mesh, ".corner_vert", "value", np.int32, len(mesh.loops))
     normals = _read(mesh.corner_normals, "vector", np.float32, 3 * len(mesh.loops)).reshape(-1, 3)
+    slot = np.zeros(count, np.int32)
+    if "material_index" in mesh.attributes:
+        of_face = _attribute(mesh, "material_index", "value", np.int32, len(mesh.polygons))
+        slot = of_face[_read(mesh.loop_triangle_polygons, "value", np.int32, count)]
     layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-    uvs = np.zeros((len(mesh.loops), 2), np.float32)
+    uvs, lost = np.zeros((3 * count, 2), np.float32), 0
     if layer is not None and count:
-        uvs = _read(layer.uv, "vector", np.float32, 2 * len(mesh.loops)).reshape(-1, 2)
-    lost = ~np.isfinite(uvs).all(axis=1)
-    uvs[lost] = 0.0
+        uvs_of_corner = _read(layer.uv, "vector", np.float32, 2 * len(mesh.loops)).reshape(-1, 2)
+        bad = ~np.isfinite(uvs_of_corner).all(axis=1)
+        uvs_of_corner[bad] = 0.0
+        uvs, lost = uvs_of_corner[corners], int(bad.sum())
     return LocalMesh(
         positions[vertex_of_corner[corners]].reshape(count, 3, 3),
         normals[corners].reshape(count, 3, 3),
-        uvs[corners].reshape(count, 3, 2),
-        _read(mesh.loop_triangles, "material_index", np.int32, count),
+        uvs.reshape(count, 3, 2),
+        slot,
         len(mesh.vertices),
         layer.name if layer is not None else "",
         frozenset(layer.name for layer in mesh.uv_layers),
-        int(lost.sum()),
+        lost,
     )
 
 
@@ -143,36 +157,47 @@ def place(
     world_from_local : float64, (4, 4);  material_index : int32, (n,), into Scene.materials
     A mirroring matrix swaps two corners, so that a triangle's winding keeps agreeing with its normals.
     """
-    linear = world_from_local[:3, :3]
-    with np.errstate(invalid="ignore", over="ignore"):
-        positions = mesh.positions.astype(np.float64) @ linear.T + world_from_local[:3, 3]
-        # The sides are taken before the shift: far from the origin it would eat their last digits.
-        corners = mesh.positions.astype(np.float64)
-        sides = (corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]) @ linear.T
-        facing = np.cross(sides[:, 0], sides[:, 1])
-        twice_area = np.linalg.norm(facing, axis=1)
-        longest = np.sum(sides**2, axis=2).max(axis=1)
-        finite = np.isfinite(positions).all(axis=(1, 2)) & np.isfinite(longest)
-        good = finite & (twice_area > NO_AREA * longest)
-
-        # The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
-        a, b, c = linear.T
-        mirrored = float(np.dot(np.cross(a, b), c)) < 0.0
-        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) * (-1.0 if mirrored else 1.0)
-        normals = mesh.normals[good].astype(np.float64) @ cofactors.T
-        lengths = np.linalg.norm(normals, axis=2, keepdims=True)
-        unit = normals / lengths
-        # A corner normal may be zero or not finite where a neighbouring face is bad: the face's own serves.
-        face = (facing[good] / twice_area[good, None] * (-1.0 if mirrored else 1.0))[:, None, :]
-        normals = np.where(np.isfinite(unit).all(axis=2, keepdims=True) & (lengths > 0), unit, face)
-
+    linear, shift = world_from_local[:3, :3], world_from_local[:3, 3]
+    # The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
+    a, b, c = linear.T
+    mirrored = float(np.dot(np.cross(a, b), c)) < 0.0
+    sign = -1.0 if mirrored else 1.0
+    cofactors = sign * np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     order = [0, 2, 1] if mirrored else [0, 1, 2]
+    n = len(mesh.slot)
+    positions, normals = np.empty((n, 3, 3)), np.empty((n, 3, 3), np.float32)
+    finite, good = np.empty(n, bool), np.empty(n, bool)
+
+    def place_strip(rows: slice) -> None:
+        """Vectors are columns here: one product for all."""
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            corners = mesh.positions[rows].transpose(1, 2, 0).astype(np.float64, order="C")
+            # The sides are taken before the shift: far from the origin it would eat their last digits.
+            sides = [linear @ (corners[end] - corners[start]) for start, end in ((0, 1), (0, 2), (1, 2))]
+            facing = sign * np.cross(sides[0], sides[1], axis=0)
+            twice_area = np.sqrt((facing**2).sum(axis=0))
+            longest = np.max([(side**2).sum(axis=0) for side in sides], axis=0)
+            finite[rows] = np.isfinite(longest)
+            for corner, source in enumerate(order):
+                position = linear @ corners[source] + shift[:, None]
+                finite[rows] &= np.isfinite(position).all(axis=0)
+                positions[rows, corner] = position.T
+
+                normal = cofactors @ mesh.normals[rows, source].T
+                length = np.sqrt((normal**2).sum(axis=0))
+                unit = normal / length
+                # A corner normal may be zero or not finite where a neighbouring face is bad: the face's own serves.
+                bad = ~(np.isfinite(length) & (length > 0))
+                unit[:, bad] = facing[:, bad] / twice_area[bad]
+                normals[rows, corner] = unit.T
+            good[rows] = finite[rows] & (twice_area > NO_AREA * longest)
+
+    in_strips(place_strip, n)
+    kept = slice(None) if good.all() else good
+    uvs = mesh.uvs[:, order] if mirrored else mesh.uvs
+    count = int(good.sum())
     triangles = Triangles(
-        positions[good][:, order],
-        normals.astype(np.float32)[:, order],
-        mesh.uvs[good][:, order],
-        material_index[good].astype(np.int32),
-        np.full(int(good.sum()), object_index, np.int32),
+        positions[kept], normals[kept], uvs[kept], material_index[kept], np.full(count, object_index, np.int32)
     )
     return triangles, int((~finite).sum()), int((finite & ~good).sum())
 
@@ -181,3 +206,10 @@ def _read(collection, attribute: str, dtype: type, length: int) -> np.ndarray:
     values = np.empty(length, dtype)
     collection.foreach_get(attribute, values)
     return values
+
+
+def _attribute(mesh: bpy.types.Mesh, name: str, member: str, dtype: type, *shape: int) -> np.ndarray:
+    """A mesh without the elements has no such attribute."""
+    if name not in mesh.attributes:
+        return np.zeros(shape, dtype)
+    return _read(mesh.attributes[name].data, member, dtype, math.prod(shape)).reshape(shape)

@@ -301,6 +301,32 @@ def test_parented_shear(export):
     assert np.allclose(triangles.normals, facing[:, None], atol=1e-5)
 
 
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+def test_a_large_mirrored_mesh_with_gaps_keeps_every_corner(extension, export, faces):
+    """More than one strip, with triangles that are skipped in the first and in the last one, against Blender's own list
+    of triangles. A vertex has at most eight of them.
+    """
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=100, y_subdivisions=100)
+    obj = bpy.context.object
+    if faces == "triangles":
+        obj.modifiers.new("Triangulate", "TRIANGULATE").quad_method = "FIXED"
+    obj.data.vertices[102].co.z = obj.data.vertices[-103].co.z = math.nan
+    obj.scale = (-2.0, 1.0, 1.0)
+    bpy.context.view_layer.update()
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    assert len(mesh.polygons) == (20_000 if faces == "triangles" else 10_000)
+    listed = np.array([triangle.vertices for triangle in mesh.loop_triangles])
+    expected = np.array([vertex.co for vertex in mesh.vertices], np.float64)[listed[:, [0, 2, 1]]] * (-2, 1, 1)
+    kept = np.isfinite(expected).all(axis=(1, 2))
+    assert len(kept) == 20_000 > 2 * extension("addon.core.strips").STRIP and 0 < (~kept).sum() <= 16
+    scene = export()
+    assert np.array_equal(scene.triangles.positions, expected[kept])
+    assert np.allclose(scene.triangles.normals, (0, 0, 1))
+    assert scene.warnings == (
+        f"'Grid': {(~kept).sum()} of 20000 triangles have corners that are not finite and were skipped.",
+    )
+
+
 def test_a_million_triangles_take_seconds(export):
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=700, y_subdivisions=700)
     start = time.perf_counter()
