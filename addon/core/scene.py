@@ -179,11 +179,14 @@ class Placement:
 
     def points_to_model(self, points: np.ndarray) -> np.ndarray:
         """(…, 3) world space, metres -> (…, 3) model space, model lengths, float64."""
-        return (np.asarray(points, np.float64) - self.position) @ self.rotation / self.scale
+        points = np.asarray(points, np.float64)
+        # One long list: numpy multiplies a stack of small matrices one after the other.
+        return ((points.reshape(-1, 3) - self.position) @ self.rotation / self.scale).reshape(points.shape)
 
     def directions_to_model(self, directions: np.ndarray) -> np.ndarray:
         """(…, 3) world space -> (…, 3) model space; lengths are kept."""
-        return np.asarray(directions, np.float64) @ self.rotation
+        directions = np.asarray(directions, np.float64)
+        return (directions.reshape(-1, 3) @ self.rotation).reshape(directions.shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from . import bvh
-from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Spheres, Triangles
+from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Spheres
+from .strips import in_strips
 
 TEXELS_PER_ROW = 2048  # common/texels.glsl
 GROUP_SIZE = 16  # intersection/triangles.glsl
@@ -57,23 +58,24 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
     tree : bound everything by a tree of boxes instead, and sort it as the tree's leaves count
     mipmaps : with coarser levels of the images, a third more of their bytes
     """
-    triangles, triangle_warnings = _usable_triangles(scene)
+    triangles = triangle_texels(scene)
     spheres, sphere_warnings = _usable_spheres(scene)
     arrays: dict[str, np.ndarray] = {}
-    radius, bounds = 0.0, None
-    corners = scene.placement.points_to_model(triangles.positions)
-    if len(triangles):
-        radius = max(radius, float(np.sqrt(np.max(np.sum(corners**2, axis=-1)))))
-    if tree and (len(triangles) or len(spheres)):
-        grown = bvh.build(triangle_boxes(corners), sphere_boxes(spheres, scene))
+    radius, bounds = triangles.radius, None
+    rows = np.flatnonzero(triangles.usable)
+    if tree and (len(rows) or len(spheres)):
+        grown = bvh.build(triangles.boxes[rows], sphere_boxes(spheres, scene))
         arrays["u_tree"], bounds = folded(grown.nodes.reshape(-1, 4)), grown.bounds
-        order, spheres = grown.triangles, rows_of(spheres, grown.spheres)
-    elif len(triangles):
+        rows, spheres = rows[grown.triangles], rows_of(spheres, grown.spheres)
+    elif len(rows):
+        corners = scene.placement.points_to_model(scene.triangles.positions[rows])
         order = spatial_order(corners.mean(axis=1))  # without groups, too: it decides between coincident triangles
         if groups:
             arrays["u_triangle_groups"] = folded(group_spheres(corners[order]))
-    if len(triangles):
-        arrays["u_triangles"], arrays["u_corners"] = pack_triangles(triangles, corners, scene, order)
+        rows = rows[order]
+    if len(rows):
+        arrays["u_triangles"] = folded_rows(triangles.shape, rows)
+        arrays["u_corners"] = folded_rows(triangles.surface, rows)
     if len(spheres):
         arrays["u_spheres"], reach = pack_spheres(spheres, scene)
         radius = max(radius, reach)
@@ -86,8 +88,8 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
             arrays["u_image_table"], arrays["u_image_texels"] = pack_images(scene)
             if mipmaps:
                 arrays["u_mip_table"], arrays["u_image_mips"] = pack_mipmaps(scene)
-    warnings = (*triangle_warnings, *sphere_warnings)
-    return Packed(arrays, len(triangles), len(spheres), len(lights), radius, warnings, bounds)
+    warnings = (*triangles.warnings, *sphere_warnings)
+    return Packed(arrays, len(rows), len(spheres), len(lights), radius, warnings, bounds)
 
 
 def lit(scene: Scene) -> tuple[Light, ...]:
@@ -98,18 +100,6 @@ def lit(scene: Scene) -> tuple[Light, ...]:
 
 def images_used(scene: Scene) -> bool:
     return bool(scene.images) and any(m.base_image is not None or m.emission_image is not None for m in scene.materials)
-
-
-def _usable_triangles(scene: Scene) -> tuple[Triangles, tuple[str, ...]]:
-    triangles = scene.triangles
-    usable = _near(scene, triangles.positions).all(axis=1)
-    for values in (triangles.normals, triangles.uvs):
-        usable &= np.isfinite(values).all(axis=(1, 2))
-    if usable.all():
-        return triangles, ()
-    kept = rows_of(triangles, usable)
-    count = f"{np.sum(~usable)} of {len(usable)} triangles"
-    return kept, (f"{count} have corners that are not numbers or lie too far away, and were skipped.",)
 
 
 def _usable_spheres(scene: Scene) -> tuple[Spheres, tuple[str, ...]]:
@@ -130,18 +120,71 @@ def _near(scene: Scene, points: np.ndarray) -> np.ndarray:
         return (np.abs(scene.placement.points_to_model(points)) < LARGEST_LENGTH).all(axis=-1)
 
 
-def rows_of(soup, rows: np.ndarray):
-    """Some rows of Triangles or Spheres, or all of them in another order."""
-    return type(soup)(*(getattr(soup, field.name)[rows] for field in fields(soup)))
+def rows_of(spheres: Spheres, rows: np.ndarray) -> Spheres:
+    """Some of them, or all in another order."""
+    return Spheres(*(getattr(spheres, field.name)[rows] for field in fields(spheres)))
 
 
-def triangle_boxes(corners: np.ndarray) -> np.ndarray:
-    """corners : (n, 3, 3), model space -> float32, (n, 2, 3), low and high corners of their boxes."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    boxes = np.empty((len(corners), 2, 3), np.float32)
-    boxes[:, 0] = np.minimum(np.minimum(a, b), c)
-    boxes[:, 1] = np.maximum(np.maximum(a, b), c)
-    return boxes
+@dataclass(frozen=True, eq=False)
+class TriangleTexels:
+    """What the shaders read of all n triangles, in the scene's order.
+
+    shape : float32, (n, 3, 4), for the intersection, see intersection/triangles.glsl
+    surface : float32, (n, 4, 4), for the shading
+    boxes : float32, (n, 2, 3), model space, low and high corners
+    usable : bool, (n,), whether all of it is numbers that the shaders can square
+    radius : of the usable ones around the model's centre, model lengths
+    """
+
+    shape: np.ndarray
+    surface: np.ndarray
+    boxes: np.ndarray
+    usable: np.ndarray
+    radius: float
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        bad = len(self.usable) - np.count_nonzero(self.usable)
+        if not bad:
+            return ()
+        count = f"{bad} of {len(self.usable)} triangles"
+        return (f"{count} have corners that are not numbers or lie too far away, and were skipped.",)
+
+
+def triangle_texels(scene: Scene) -> TriangleTexels:
+    triangles, placement = scene.triangles, scene.placement
+    n = len(triangles)
+    shape, surface = np.zeros((n, 3, 4), np.float32), np.zeros((n, 4, 4), np.float32)
+    boxes, usable = np.empty((n, 2, 3), np.float32), np.empty(n, bool)
+
+    def fill(rows: slice) -> float:
+        """The largest squared distance of a corner."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            corners = placement.points_to_model(triangles.positions[rows])
+            a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))  # (3, k) each
+            low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)  # NaN where any is
+            usable[rows] = ((low > -LARGEST_LENGTH) & (high < LARGEST_LENGTH)).all(axis=0)
+            boxes[rows, 0], boxes[rows, 1] = low.T, high.T
+            shape[rows, 0, :3], shape[rows, 1, :3], shape[rows, 2, :3] = a.T, (b - a).T, (c - a).T
+            squares = np.max([(corner**2).sum(axis=0) for corner in (a, b, c)], axis=0)
+        shape[rows, 0, 3], shape[rows, 1, 3] = triangles.material_index[rows], triangles.object_index[rows]
+        surface[rows, :3, :3] = placement.directions_to_model(triangles.normals[rows])
+        uvs = triangles.uvs[rows].reshape(-1, 6)
+        surface[rows, :3, 3], surface[rows, 3, :3] = uvs[:, :3], uvs[:, 3:]
+        usable[rows] &= np.isfinite(surface[rows]).all(axis=(1, 2))
+        return float(squares.max(where=usable[rows], initial=0.0))
+
+    farthest = in_strips(fill, n)
+    return TriangleTexels(shape, surface, boxes, usable, math.sqrt(max(farthest, default=0.0)))
+
+
+def folded_rows(texels: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some rows of (n, k, 4), folded() one after the other."""
+    _, k, _ = texels.shape
+    out = np.zeros((max(1, math.ceil(len(rows) * k / TEXELS_PER_ROW)) * TEXELS_PER_ROW, 4), np.float32)
+    taken = out[: len(rows) * k].reshape(-1, k, 4)
+    in_strips(lambda part: np.take(texels, rows[part], axis=0, out=taken[part], mode="clip"), len(rows))
+    return out.reshape(-1, TEXELS_PER_ROW, 4)
 
 
 def sphere_boxes(spheres: Spheres, scene: Scene) -> np.ndarray:
@@ -170,22 +213,6 @@ def group_spheres(corners: np.ndarray) -> np.ndarray:
     # float32 rounds centre and points by 1e-7 of their size; the chord's distance by as much again.
     radius = 1.0001 * radius + 1e-6 * (np.linalg.norm(centre, axis=1) + radius)
     return np.concatenate([centre, radius[:, None] ** 2], axis=1)
-
-
-def pack_triangles(triangles: Triangles, corners: np.ndarray, scene: Scene, order: np.ndarray):
-    """Three texels for the intersection, four for the shading; see intersection/triangles.glsl."""
-    n = len(triangles)
-    corners, normals, uvs = corners[order], triangles.normals[order], triangles.uvs[order]
-    shape = np.zeros((n, 3, 4), np.float32)
-    shape[:, 0, :3] = corners[:, 0]
-    shape[:, 1, :3] = corners[:, 1] - corners[:, 0]
-    shape[:, 2, :3] = corners[:, 2] - corners[:, 0]
-    shape[:, 0, 3] = triangles.material_index[order]
-    shape[:, 1, 3] = triangles.object_index[order]
-    surface = np.zeros((n, 16), np.float32)
-    surface[:, [0, 1, 2, 4, 5, 6, 8, 9, 10]] = scene.placement.directions_to_model(normals).reshape(n, 9)
-    surface[:, [3, 7, 11, 12, 13, 14]] = uvs.reshape(n, 6)
-    return folded(shape.reshape(-1, 4)), folded(surface.reshape(-1, 4))
 
 
 def pack_spheres(spheres: Spheres, scene: Scene) -> tuple[np.ndarray, float]:
