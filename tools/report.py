@@ -10,49 +10,12 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
-import matplotlib
-
 REPOSITORY = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(REPOSITORY))
-matplotlib.use("Agg")
-
-from matplotlib import pyplot  # noqa: E402
 
 from addon.core import device  # noqa: E402
 from addon.core.report.compare import Summary, differences, summarise  # noqa: E402
 from addon.core.report.make_report import write  # noqa: E402
-from addon.core.report.plots import COLORS, Diagram  # noqa: E402
-
-DASHES = ("-", "--", ":")
-
-
-def draw_png(diagram: Diagram, path: Path) -> None:
-    """The diagram of plots.py once more, as PNG."""
-    figure, axes = pyplot.subplots(figsize=(9.5, 5.2), layout="constrained")
-    if diagram.front:
-        axes.plot(*zip(*diagram.front, strict=True), color="#bbbbbb", linewidth=6, zorder=0)
-    for curve in diagram.curves:
-        if curve.shown:
-            color = COLORS[curve.color % len(COLORS)]
-            axes.plot(
-                *zip(*curve.shown, strict=True),
-                color=color,
-                linestyle=DASHES[curve.dash] if curve.lines else "",
-                linewidth=1.2,
-                marker="o",
-                markersize=4,
-                markerfacecolor="white" if curve.hollow else color,
-                label=curve.label,
-            )
-    for x, y, text in diagram.marks:
-        axes.annotate(text, (x, y), xytext=(10, 10), textcoords="offset points", arrowprops={"arrowstyle": "->"})
-    for x, _ in diagram.verticals:
-        axes.axvline(x, color="#555555", linestyle="--", linewidth=0.8)
-    axes.set(title=diagram.title, xlabel=diagram.across, ylabel=diagram.up, xscale="log", yscale="log")
-    axes.grid(color="#e4e4e4")
-    figure.legend(loc="outside right upper", fontsize=7)
-    figure.savefig(path, dpi=110)
-    pyplot.close(figure)
 
 
 class Printed:
@@ -81,14 +44,7 @@ def main() -> int:
     if chosen.base:
         return compare(chosen.base, chosen.output / "summary.json")
     command = "make report QUICK=1" if chosen.quick else "make report"
-    index = write(
-        chosen.output,
-        quick=chosen.quick,
-        versions=versions(),
-        command=command,
-        progress=Printed(),
-        draw_png=draw_png,
-    )
+    index = write(chosen.output, quick=chosen.quick, versions=versions(), command=command, progress=Printed())
     device.shutdown()
     print(index)
     return 0

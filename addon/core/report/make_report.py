@@ -7,7 +7,7 @@ import json
 import math
 import os
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,30 +18,18 @@ from ..reference import true_ends
 from ..scene import Scene
 from ..settings import Settings
 from ..trace import render
-from . import ablation, error_map, png, stability, stiff
+from . import ablation, error_map, png, precision_diagram, stability, stiff
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .compare import summarise
 from .dangers import sentences
-from .methods import LABELS, Method
 from .page import Page
-from .plots import Curve, Diagram
-from .work_precision import (
-    FULL,
-    GOALS,
-    QUICK,
-    Effort,
-    Progress,
-    precision,
-    recommendation,
-    run_case,
-    sentence,
-    settings_of,
-)
+from .plots import Diagram
+from .recommend import GOALS, recommendation, sentence, settings_of
+from .work_precision import FULL, QUICK, Effort, Progress, precision, run_case
 
 MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 MAP_SIDE = {True: 32, False: 96}  # quick or not: pixels of the error map
-DrawPng = Callable[[Diagram, Path], None]
 
 
 @dataclass
@@ -70,13 +58,11 @@ def write(
     versions: Mapping[str, str] | None = None,
     command: str = "make report",
     progress: Progress = lambda fraction, text: None,
-    draw_png: DrawPng | None = None,
 ) -> Path:
     """Measure and write; the path of index.html. What progress() raises ends the work before anything is written.
 
     scene, settings : the user's; None for all built-in models
     versions : name -> version, of what the caller runs in;  command : what repeats the report
-    draw_png : draws a diagram into a file, where there is something that can
     """
     folder = Path(folder)
     effort = QUICK if quick else FULL
@@ -98,8 +84,7 @@ def write(
     folder.mkdir(parents=True, exist_ok=True)
     for name, diagram in diagrams.items():
         (folder / f"{name}.svg").write_text(diagram.as_svg(), encoding="utf-8")
-        if draw_png:
-            draw_png(diagram, folder / f"{name}.png")
+        (folder / f"{name}.png").write_bytes(diagram.as_png())
     for name, rows in report.lists().items():
         if not rows:
             continue
@@ -134,7 +119,7 @@ def _work_precision(
     for index, case in enumerate(cases):
         rows = run_case(case, effort, _part(progress, index / len(cases), (index + 1) / len(cases)))
         report.work_precision += rows
-        diagram = work_precision_diagram(case.title, rows)
+        diagram = precision_diagram.diagram(case.title, rows)
         diagrams[f"work_precision_{_file_name(case.title)}"] = diagram
         page.heading(case.title)
         page.text(*(sentence(rows, goal) for goal in GOALS), advice=True)
@@ -146,43 +131,6 @@ def _work_precision(
         page.raw(diagram.as_svg())
         page.table(rows, WORK_COLUMNS, folded=f"All {len(rows)} settings")
     return diagrams
-
-
-def work_precision_diagram(title: str, rows: Sequence[dict]) -> Diagram:
-    methods = dict.fromkeys(Method(row["pipeline"], row["integrator"], row["step_control"]) for row in rows)
-    curves = []
-    for method in methods:
-        own = [
-            (row["error_p99_px_outside_band"], row["ns_per_ray"])
-            for row in rows
-            if not row["papers_default"]
-            and (row["pipeline"], row["integrator"], row["step_control"])
-            == (method.pipeline, method.integrator, method.step_control)
-        ]
-        curves.append(
-            Curve(
-                method.label,
-                own,
-                color=list(LABELS).index(method.integrator),
-                dash=("constant", "doubling", "embedded").index(method.step_control),
-                hollow=method.pipeline == "paper",
-            )
-        )
-    front = sorted((row["error_p99_px_outside_band"], row["ns_per_ray"]) for row in rows if row["front"])
-    marks = [
-        (row["error_p99_px_outside_band"], row["ns_per_ray"], "the paper's default")
-        for row in rows
-        if row["papers_default"]
-    ]
-    return Diagram(
-        title,
-        "99th percentile of the error, pixels",
-        "time, nanoseconds a ray",
-        curves,
-        [(x, y) for x, y in front if 0 < x < math.inf and 0 < y < math.inf],
-        marks,
-        [(goal, f"{goal:g} pixel") for goal in GOALS],
-    )
 
 
 def _error_maps(
@@ -243,7 +191,7 @@ def _users(
         row = recommendation(report.work_precision, goal)
         if row is None:
             continue
-        chosen = settings_of(row, effort)
+        chosen = settings_of(row, effort.most_steps)
         told = _part(progress, index / len(GOALS), (index + 1) / len(GOALS))
         frame = render(scene, chosen, progress=lambda done, text, told=told: told(done, "The recommended setting"))
         found = precision(case, chosen, positions, directions, truth)
@@ -345,6 +293,7 @@ ERROR_COLUMNS = {
     "drift_max": "drift",
     "steps_mean": "steps",
     "steps_max": "most steps",
+    "rejected_mean": "rejected",
 }
 WORK_COLUMNS = {
     "pipeline": "pipeline",

@@ -1,17 +1,23 @@
-"""Diagrams with logarithmic axes, as SVG: nothing that Blender brings draws them, and a page shows them as they are."""
+"""Diagrams with logarithmic axes, as SVG and as PNG: nothing that Blender brings draws them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
+
+from . import png
+from .canvas import Canvas, Point, Raster, Svg
 
 WIDTH, HEIGHT = 900, 520
 LEFT, RIGHT, TOP, BOTTOM = 70, 270, 40, 50  # margins; the right one holds the legend
-LEGEND_LINE = 16
-COLORS = ("#3b6fb6", "#d1495b", "#2e8b57", "#8a5fbf", "#c98a1b", "#444444")
-DASHES = ("", "7 4", "2 3")
+LEGEND_LINE = 18
+GRID, FRONT, LINE = "#e4e4e4", "#bbbbbb", "#555555"
+COLORS = ("#3b6fb6", "#d1495b", "#2e8b57", "#8a5fbf", "#c98a1b", "#17a2b8", "#b5651d", "#444444")
+NEUTRAL = len(COLORS) - 1
+DASHES = ((), (7, 4), (2, 3))
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -19,79 +25,94 @@ class Curve:
     """points : (x, y), positive; others are left out.  color, dash : which;  hollow : markers without filling"""
 
     label: str
-    points: Sequence[tuple[float, float]]
+    points: Sequence[Point] = ()
     color: int = 0
     dash: int = 0
     hollow: bool = False
     lines: bool = True
+    dots: bool = True
 
     @property
-    def shown(self) -> list[tuple[float, float]]:
+    def shown(self) -> list[Point]:
         return [(x, y) for x, y in self.points if 0 < x < math.inf and 0 < y < math.inf]
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """front : points joined by a broad line;  marks : (x, y, text);  verticals : (x, text)"""
+    """across, up : what the axes are, with units
+    front : points joined by a broad line;  marks : (x, y, text);  verticals : (x, text)
+    legend : curves without points that explain the looks; where there are none, the legend has a line for every curve
+    """
 
     title: str
     across: str
     up: str
     curves: Sequence[Curve]
-    front: Sequence[tuple[float, float]] = ()
+    front: Sequence[Point] = ()
     marks: Sequence[tuple[float, float, str]] = ()
-    verticals: Sequence[tuple[float, str]] = field(default_factory=tuple)
+    verticals: Sequence[tuple[float, str]] = ()
+    legend: Sequence[Curve] = ()
 
     def as_svg(self) -> str:
-        points = [point for curve in self.curves for point in curve.shown]
-        if not points:
+        if not self._points():
             return f"<p>{escape(self.title)}: nothing could be measured.</p>"
-        x_axis = _Axis([x for x, _ in points], LEFT, WIDTH - RIGHT)
-        y_axis = _Axis([y for _, y in points], HEIGHT - BOTTOM, TOP)
-        parts = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
-            f'font-family="sans-serif" font-size="12" role="img" aria-label="{escape(self.title)}">',
-            f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
-            _text(LEFT, 22, self.title, size=15),
-            _text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 10, self.across, anchor="middle"),
-            f'<g transform="translate(16 {(TOP + HEIGHT - BOTTOM) / 2}) rotate(-90)">'
-            f"{_text(0, 0, self.up, anchor='middle')}</g>",
-        ]
-        parts += self._grid(x_axis, y_axis)
+        canvas = Svg(WIDTH, HEIGHT, self.title)
+        self._draw(canvas)
+        return canvas.content()
+
+    def as_png(self) -> bytes:
+        """A file's content: twice as many pixels as the SVG has lengths."""
+        canvas = Raster(WIDTH, HEIGHT)
+        if self._points():
+            self._draw(canvas)
+        else:
+            canvas.text((LEFT, TOP), f"{self.title}: nothing could be measured.")
+        return png.encoded(canvas.content())
+
+    def _points(self) -> list[Point]:
+        return [point for curve in self.curves for point in curve.shown]
+
+    def _draw(self, canvas: Canvas) -> None:
+        points = self._points()
+        x_axis = _Axis((x for x, _ in points), LEFT, WIDTH - RIGHT)
+        y_axis = _Axis((y for _, y in points), HEIGHT - BOTTOM, TOP)
+        canvas.text((LEFT, 22), self.title)
+        canvas.text(((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 10), self.across, "middle")
+        canvas.text((20, (TOP + HEIGHT - BOTTOM) / 2), self.up, "middle", upwards=True)
+        self._grid(canvas, x_axis, y_axis)
         if self.front:
-            parts.append(_line([(x_axis(x), y_axis(y)) for x, y in self.front], "#bbbbbb", 7))
-        for row, curve in enumerate(self.curves):
-            parts += _curve(curve, [(x_axis(x), y_axis(y)) for x, y in curve.shown])
-            parts += _legend(curve, TOP + 8 + LEGEND_LINE * row)
+            canvas.line([(x_axis(x), y_axis(y)) for x, y in self.front], FRONT, 7)
+        for curve in self.curves:
+            _curve(canvas, curve, [(x_axis(x), y_axis(y)) for x, y in curve.shown])
+        for row, curve in enumerate(self.legend or self.curves):
+            _legend(canvas, curve, TOP + 8 + LEGEND_LINE * row)
         for x, y, text in self.marks:
             if 0 < x < math.inf and 0 < y < math.inf:
                 at = x_axis(x), y_axis(y)
-                parts.append(f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="9" fill="none" stroke="black"/>')
-                parts.append(_text(at[0] + 12, at[1] - 8, text))
-        return "\n".join([*parts, "</svg>"])
+                canvas.circle(at, 9, "#000000")
+                right = at[0] > (LEFT + WIDTH - RIGHT) / 2
+                canvas.text((at[0] + (-12 if right else 12), at[1] - 8), text, "end" if right else "start")
 
-    def _grid(self, x_axis: _Axis, y_axis: _Axis) -> list[str]:
-        parts = []
+    def _grid(self, canvas: Canvas, x_axis: _Axis, y_axis: _Axis) -> None:
         for power in x_axis.powers:
             x = x_axis(10.0**power)
-            parts += [
-                _line([(x, TOP), (x, HEIGHT - BOTTOM)], "#e4e4e4"),
-                _power(x, HEIGHT - BOTTOM + 18, power, "middle"),
-            ]
+            canvas.line([(x, TOP), (x, HEIGHT - BOTTOM)], GRID)
+            canvas.text((x, HEIGHT - BOTTOM + 18), _power(power), "middle")
         for power in y_axis.powers:
             y = y_axis(10.0**power)
-            parts += [_line([(LEFT, y), (WIDTH - RIGHT, y)], "#e4e4e4"), _power(LEFT - 6, y + 4, power, "end")]
-        for at, text in self.verticals:
-            if x_axis.low <= math.log10(at) <= x_axis.high:
-                x = x_axis(at)
-                parts += [_line([(x, TOP), (x, HEIGHT - BOTTOM)], "#555555", dash="4 4"), _text(x + 3, TOP + 12, text)]
-        return parts
+            canvas.line([(LEFT, y), (WIDTH - RIGHT, y)], GRID)
+            canvas.text((LEFT - 6, y + 4), _power(power), "end")
+        inside = [vertical for vertical in self.verticals if x_axis.holds(vertical[0])]
+        for row, (at, text) in enumerate(sorted(inside)):  # each lower than the one to its left, so that none meet
+            x = x_axis(at)
+            canvas.line([(x, TOP), (x, HEIGHT - BOTTOM)], LINE, dash=(4, 4))
+            canvas.text((x + 3, TOP + 12 + 15 * row), text)
 
 
 class _Axis:
-    """Decades onto the interval from `begin` to `end`, in pixels of the drawing."""
+    """Decades onto the interval from `begin` to `end`, in lengths of the drawing."""
 
-    def __init__(self, values: Sequence[float], begin: float, end: float):
+    def __init__(self, values: Iterable[float], begin: float, end: float):
         logs = [math.log10(value) for value in values]
         self.low, self.high = math.floor(min(logs)), math.ceil(max(logs))
         if self.low == self.high:
@@ -102,33 +123,26 @@ class _Axis:
     def powers(self) -> range:
         return range(self.low, self.high + 1, max(1, (self.high - self.low) // 8))
 
+    def holds(self, value: float) -> bool:
+        return 10.0**self.low <= value <= 10.0**self.high
+
     def __call__(self, value: float) -> float:
         return self.begin + (math.log10(value) - self.low) / (self.high - self.low) * (self.end - self.begin)
 
 
-def _curve(curve: Curve, points: list[tuple[float, float]]) -> list[str]:
+def _curve(canvas: Canvas, curve: Curve, points: Sequence[Point]) -> None:
     color = COLORS[curve.color % len(COLORS)]
-    filling = "white" if curve.hollow else color
-    dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{filling}" stroke="{color}"/>' for x, y in points]
-    lines = [_line(points, color, 1.5, DASHES[curve.dash])] if curve.lines and len(points) > 1 else []
-    return lines + dots
+    if curve.lines and len(points) > 1:
+        canvas.line(points, color, 1.5, DASHES[curve.dash])
+    for point in points if curve.dots else ():
+        canvas.circle(point, 3, color, "#ffffff" if curve.hollow else color)
 
 
-def _legend(curve: Curve, y: float) -> list[str]:
+def _legend(canvas: Canvas, curve: Curve, y: float) -> None:
     x = WIDTH - RIGHT + 14
-    return [*_curve(curve, [(x, y), (x + 26, y)]), _text(x + 34, y + 4, curve.label, size=11)]
+    _curve(canvas, curve, [(x, y), (x + 26, y)])
+    canvas.text((x + 34, y + 4), curve.label)
 
 
-def _line(points: Sequence[tuple[float, float]], color: str, width: float = 1.0, dash: str = "") -> str:
-    path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-    dashes = f' stroke-dasharray="{dash}"' if dash else ""
-    return f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{width}"{dashes}/>'
-
-
-def _text(x: float, y: float, text: str, anchor: str = "start", size: int = 12) -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="{size}">{escape(text)}</text>'
-
-
-def _power(x: float, y: float, power: int, anchor: str) -> str:
-    raised = f'<tspan dy="-5" font-size="9">{power}</tspan>'
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">10{raised}</text>'
+def _power(power: int) -> str:
+    return "10" + str(power).translate(RAISED)

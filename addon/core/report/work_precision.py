@@ -14,7 +14,7 @@ from ..reference import Truth, angles, true_ends
 from ..settings import PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
 from ..trace import render, trace_rays
-from . import errors
+from . import errors, rounding
 from .cases import Case
 from .methods import METHODS, SEGMENTS, Method, papers_default, too_many_steps
 
@@ -71,8 +71,8 @@ def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]
 
 def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
     positions, directions = case.rays(effort.side)
-    truth = true_ends(
-        case.model, positions, directions, progress=lambda part: progress(0.2 * part, f"{case.title}: the reference")
+    truth, rounding_floor = rounding.reference_and_floor(
+        case, positions, directions, lambda part: progress(0.2 * part, f"{case.title}: the reference")
     )
     methods = effort.methods(case.model)
     rows = []
@@ -89,7 +89,7 @@ def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
         rows.append(row | {"papers_default": True})
     mark_front(rows)
     floor = bounding_sphere_floor(case, positions, directions, truth) / case.pixel
-    return [row | {"bounding_sphere_px": floor} for row in rows]
+    return [row | {"bounding_sphere_px": floor, "rounding_px": rounding_floor} for row in rows]
 
 
 def bounding_sphere_floor(case: Case, positions: np.ndarray, directions: np.ndarray, truth: Truth) -> float:
