@@ -13,7 +13,8 @@ from ..scene import Camera, Environment, Material, Scene, Spheres, Triangles
 from ..settings import PASSES, Settings
 from ..trace import render
 from .cases import built_in, look_at_centre
-from .work_precision import WARM_UP, Effort, Progress, precision, work
+from .clock import WARM_UP, Clock, run_in_turns
+from .work_precision import Effort, Progress, precision
 
 FUSED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 PAPER = Settings(pipeline="paper", integrator="euler", step_control="doubling", tolerance=1e-3)
@@ -72,15 +73,15 @@ def half_floats(effort: Effort) -> list[dict]:
     truth = true_ends(case.model, positions, directions)
     step = 4.0 * case.model.default_step()
     precise = replace(PAPER, integrator="runge_kutta_4", step_control="constant", step=step, segments=2000)
-    rows = []
-    for settings in (precise, replace(PAPER, segments=2000)):
-        for bits in (32, 16):
-            chosen = replace(settings, ray_bits=bits)
-            row = {"model": case.name, "case": case.title, "integrator": chosen.integrator, "ray_bits": bits}
-            row |= precision(case, chosen, positions, directions, truth)
-            row |= work(case, chosen, effort)
-            rows.append(row)
-    return rows
+    several = [replace(each, ray_bits=bits) for each in (precise, replace(PAPER, segments=2000)) for bits in (32, 16)]
+    clocks = [Clock(case, settings, effort.picture) for settings in several]
+    run_in_turns(clocks, effort.repeats, effort.patience)
+    return [
+        {"model": case.name, "case": case.title, "integrator": settings.integrator, "ray_bits": settings.ray_bits}
+        | precision(case, settings, positions, directions, truth)
+        | clock.figures()
+        for settings, clock in zip(several, clocks, strict=True)
+    ]
 
 
 def busy_scene(columns: int) -> Scene:

@@ -25,18 +25,8 @@ from .compare import summarise
 from .dangers import sentences
 from .page import Page
 from .plots import Diagram
-from .work_precision import (
-    FULL,
-    GOALS,
-    QUICK,
-    Effort,
-    Progress,
-    precision,
-    recommendation,
-    run_case,
-    sentence,
-    settings_of,
-)
+from .recommend import GOALS, recommendation, sentence, settings_of
+from .work_precision import FULL, QUICK, Effort, Progress, precision, run_case
 
 MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 MAP_SIDE = {True: 32, False: 96}  # quick or not: pixels of the error map
@@ -201,7 +191,7 @@ def _users(
         row = recommendation(report.work_precision, goal)
         if row is None:
             continue
-        chosen = settings_of(row, effort)
+        chosen = settings_of(row, effort.most_steps)
         told = _part(progress, index / len(GOALS), (index + 1) / len(GOALS))
         frame = render(scene, chosen, progress=lambda done, text, told=told: told(done, "The recommended setting"))
         found = precision(case, chosen, positions, directions, truth)
@@ -303,6 +293,7 @@ ERROR_COLUMNS = {
     "drift_max": "drift",
     "steps_mean": "steps",
     "steps_max": "most steps",
+    "rejected_mean": "rejected",
 }
 WORK_COLUMNS = {
     "pipeline": "pipeline",

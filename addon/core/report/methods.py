@@ -6,21 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..models import Model
+from ..pipelines.paper import SMALLEST_TOLERANCE, STEP_SHARE
 from ..settings import INTEGRATORS, PIPELINES, STEP_CONTROLS, WITH_ERROR_ESTIMATE, Settings
+from ..trace import integrator_shader
 
 FACTORS = {  # constant steps, in units of the model's default step, which suits Euler's method
     "euler": (8.0, 4.0, 2.0, 1.0, 0.5, 0.25),
     "verlet": (16.0, 8.0, 4.0, 2.0, 1.0, 0.5),
-    "runge_kutta_4": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
-    "bogacki_shampine_32": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
-    "dormand_prince_54": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
-    "rosenbrock_32": (32.0, 16.0, 8.0, 4.0, 2.0, 1.0),
 }
-TOLERANCES = {  # radians, of a segment or of the ray
-    "doubling": (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
-    "embedded": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
-}
-EULERS_TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4)  # its steps grow as fast in number as these fall
+FACTORS_OF_HIGH_ORDER = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
+DOUBLING = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # tolerances of a segment, radians
+EULERS_DOUBLING = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4)  # its steps grow as fast in number as these fall
+EMBEDDED = (1000.0, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0)  # tolerances of the ray, in units of the smallest that matters
 SEGMENTS = 20_000  # so that the number of steps alone limits a ray
 LABELS = {
     "euler": "Euler",
@@ -49,13 +46,21 @@ class Method:
         chosen = {"pipeline": self.pipeline, "integrator": self.integrator, "step_control": self.step_control}
         chosen |= {"segments": SEGMENTS, "max_steps": most_steps}
         if self.step_control == "constant":
-            for factor in FACTORS[self.integrator]:
+            for factor in FACTORS.get(self.integrator, FACTORS_OF_HIGH_ORDER):
                 step = factor * model.default_step()
                 yield step, Settings(step=step, **chosen)
         else:
-            eulers = self.integrator == "euler"
-            for tolerance in EULERS_TOLERANCES if eulers else TOLERANCES[self.step_control]:
+            for tolerance in self.tolerances():
                 yield tolerance, Settings(tolerance=tolerance, **chosen)
+
+    def tolerances(self) -> tuple[float, ...]:
+        """Radians, from loose to tight. No two of them are the same to the shaders, as all would be that ask for less
+        than float32's rounding of a step.
+        """
+        if self.step_control == "doubling":
+            return EULERS_DOUBLING if self.integrator == "euler" else DOUBLING
+        smallest = integrator_shader(self.integrator).rounding * SMALLEST_TOLERANCE / STEP_SHARE
+        return tuple(float(f"{factor * smallest:.3g}") for factor in EMBEDDED)
 
 
 METHODS = tuple(

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,24 +11,23 @@ from ..models import Model
 from ..reference import Truth, angles, true_ends
 from ..settings import PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
-from ..trace import render, trace_rays
+from ..trace import trace_rays
 from . import errors, rounding
 from .cases import Case
-from .methods import METHODS, SEGMENTS, Method, papers_default, too_many_steps
+from .clock import Clock, run_in_turns
+from .methods import METHODS, Method, papers_default, too_many_steps
+from .recommend import CONTENDER, GOALS, near_the_cheapest
 
 Progress = Callable[[float, str], None]
-WARM_UP = 4  # pixels a side
 SHARE_OF_FLOOR = 8  # every eighth ray
-GOALS = (1.0, 0.1)  # pixels, of the 99th percentile
 FAILED = 50.0  # percent of the rays, from which on a setting has failed and is not timed
-MARGIN = 0.25  # of the goal: measured, the 99th percentile of other rays of the picture was 3.7 times as large
-MISCLASSIFIED = 0.5  # percent of the rays that a recommended setting may end elsewhere
 
 
 @dataclass(frozen=True)
 class Effort:
     """side : side² rays against the reference;  picture : picture² pixels for the time;  repeats : after a warm-up;
-    patience : seconds after which a setting is not repeated any more;  most_steps : that a ray may take
+    patience : seconds of a setting's runs after which it is not repeated any more, beyond the second run
+    again : further runs of those that may be recommended;  most_steps : that a ray may take
     all_methods : or with embedded control alone where the integrator estimates its error itself
     """
 
@@ -38,6 +35,7 @@ class Effort:
     picture: int
     repeats: int
     patience: float
+    again: int
     most_steps: int
     all_methods: bool = True
 
@@ -52,8 +50,8 @@ class Effort:
         ]
 
 
-QUICK = Effort(12, 24, 2, 0.02, 2000, all_methods=False)
-FULL = Effort(24, 48, 5, 0.2, 10_000)
+QUICK = Effort(12, 24, 2, 0.02, 6, 2000, all_methods=False)
+FULL = Effort(24, 48, 5, 0.2, 10, 10_000)
 
 
 def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]:
@@ -74,22 +72,31 @@ def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
     truth, rounding_floor = rounding.reference_and_floor(
         case, positions, directions, lambda part: progress(0.2 * part, f"{case.title}: the reference")
     )
-    methods = effort.methods(case.model)
+    tried = _settings_to_try(case, effort)
     rows = []
-    for index, method in enumerate(methods):
-        for value, settings in method.settings(case.model, effort.most_steps):
-            progress(0.2 + 0.8 * index / len(methods), f"{case.title}: {method.label}")
-            rows.append(_record(case, method, value, settings, positions, directions, truth, effort))
-            if not case.model.curved:
-                break
-    if case.model.curved:
-        settings = papers_default(effort.most_steps)
-        method = Method(settings.pipeline, settings.integrator, settings.step_control)
-        row = _record(case, method, settings.tolerance, settings, positions, directions, truth, effort)
-        rows.append(row | {"papers_default": True})
+    for index, (method, value, settings, is_default) in enumerate(tried):
+        progress(0.2 + 0.4 * index / len(tried), f"{case.title}: {method.label}")
+        row = _record(case, method, value, settings, positions, directions, truth)
+        rows.append(row | {"papers_default": is_default})
+    progress(0.6, f"{case.title}: time")
+    settings = [settings for _, _, settings, _ in tried]
+    _measure_times(case, rows, settings, effort, lambda part: progress(0.6 + 0.4 * part, f"{case.title}: time"))
     mark_front(rows)
     floor = bounding_sphere_floor(case, positions, directions, truth) / case.pixel
     return [row | {"bounding_sphere_px": floor, "rounding_px": rounding_floor} for row in rows]
+
+
+def _settings_to_try(case: Case, effort: Effort) -> list[tuple[Method, float, Settings, bool]]:
+    """(method, its step or tolerance, settings, whether it is the paper's default)."""
+    tried = []
+    for method in effort.methods(case.model):
+        several = list(method.settings(case.model, effort.most_steps))
+        tried += [(method, *each, False) for each in (several if case.model.curved else several[:1])]
+    if case.model.curved:
+        settings = papers_default(effort.most_steps)
+        method = Method(settings.pipeline, settings.integrator, settings.step_control)
+        tried.append((method, settings.tolerance, settings, True))
+    return tried
 
 
 def bounding_sphere_floor(case: Case, positions: np.ndarray, directions: np.ndarray, truth: Truth) -> float:
@@ -113,7 +120,6 @@ def _record(
     positions: np.ndarray,
     directions: np.ndarray,
     truth: Truth,
-    effort: Effort,
 ) -> dict:
     row = {
         "model": case.name,
@@ -123,16 +129,12 @@ def _record(
         "step_control": method.step_control,
         "value": value,
         "steps_per_segment": settings.steps_per_segment,
-        "papers_default": False,
         "rays": len(positions),
         "unresolved": int((~truth.converged).sum()),
     }
     if too_many_steps(case.model, settings):
-        return row | NO_PRECISION | NO_WORK | {"ns_per_ray_step": float("nan")}
-    row |= precision(case, settings, positions, directions, truth)
-    usable = row["failed_percent"] < FAILED
-    row |= work(case, settings, effort) if usable else NO_WORK
-    return row | {"ns_per_ray_step": row["ns_per_ray"] / max(row["steps_mean"], 1.0)}
+        return row | NO_PRECISION | NO_WORK
+    return row | precision(case, settings, positions, directions, truth) | NO_WORK
 
 
 def precision(
@@ -154,28 +156,31 @@ def precision(
         "drift_max": float(drifting.max()) if len(drifting) else float("nan"),
         "steps_mean": float(ends.steps.mean()),
         "steps_max": int(ends.steps.max()),
+        "rejected_mean": float(ends.rejected.mean()),
     }
 
 
-def work(case: Case, settings: Settings, effort: Effort) -> dict[str, float]:
-    """The time that tracing takes: the least of several, and the median. The warm-up is a picture of a few pixels:
-    drivers compile at the first draw. What only long rays need may still be compiled after it: there are two runs at
-    least.
-    """
-    settings = replace(settings, passes=("Direction",))
-    compiled = render(case.small(WARM_UP, WARM_UP), settings).statistics.milliseconds["compile"]
-    scene, begin, times = case.small(effort.picture, effort.picture), time.perf_counter(), []
-    while len(times) < effort.repeats and (len(times) < 2 or time.perf_counter() - begin < effort.patience):
-        times.append(render(scene, settings).statistics.milliseconds["trace"])
-    rays = effort.picture**2
-    return {
-        "time_min_ms": min(times),
-        "time_median_ms": statistics.median(times),
-        "repeats": len(times),
-        "compile_ms": compiled,
-        "rays_per_second": 1e3 * rays / min(times),
-        "ns_per_ray": 1e6 * min(times) / rays,
-    }
+def _measure_times(
+    case: Case, rows: list[dict], settings: list[Settings], effort: Effort, progress: Callable[[float], None]
+) -> None:
+    """Write the times into the rows of those settings that have not failed. What may be recommended is timed again."""
+    usable = [index for index, row in enumerate(rows) if row["failed_percent"] < FAILED]  # no NaN
+    clocks = {index: Clock(case, settings[index], effort.picture) for index in usable}
+
+    def write_down() -> None:
+        for index, clock in clocks.items():
+            steps = max(rows[index]["steps_mean"], 1.0)
+            rows[index] |= (figures := clock.figures()) | {"ns_per_ray_step": figures["ns_per_ray"] / steps}
+
+    run_in_turns(list(clocks.values()), effort.repeats, effort.patience, lambda part: progress(0.8 * part))
+    write_down()
+    contenders = {id(row) for goal in GOALS for row in near_the_cheapest(rows, goal, CONTENDER)}
+    again = [clock for index, clock in clocks.items() if id(rows[index]) in contenders]
+    for turn in range(effort.again):
+        progress(0.8 + 0.2 * turn / effort.again)
+        for clock in again:
+            clock.run()
+    write_down()
 
 
 NO_PRECISION = dict.fromkeys(
@@ -187,11 +192,13 @@ NO_PRECISION = dict.fromkeys(
         "drift_max",
         "steps_mean",
         "steps_max",
+        "rejected_mean",
     ),
     float("nan"),
 )
 NO_WORK = dict.fromkeys(
-    ("time_min_ms", "time_median_ms", "repeats", "compile_ms", "rays_per_second", "ns_per_ray"), float("nan")
+    ("time_min_ms", "time_median_ms", "repeats", "compile_ms", "rays_per_second", "ns_per_ray", "ns_per_ray_step"),
+    float("nan"),
 )
 
 
@@ -205,44 +212,3 @@ def mark_front(rows: list[dict]) -> None:
         row["front"] = bool(error < best and row["failed_percent"] == 0.0)
         if row["front"]:
             best = error
-
-
-def recommendation(rows: list[dict], goal: float) -> dict | None:
-    """A case's cheapest row with a 99th percentile safely below the goal, pixels, where hardly a ray ends elsewhere."""
-    good = [
-        row
-        for row in rows
-        if row["error_p99_px_outside_band"] < MARGIN * goal
-        and row["misclassified_percent_outside_band"] <= MISCLASSIFIED
-        and row["failed_percent"] == 0.0
-    ]
-    return min(good, key=lambda row: row["ns_per_ray"], default=None)
-
-
-def settings_of(row: dict, effort: Effort) -> Settings:
-    """The settings of a row."""
-    tried = Method(row["pipeline"], row["integrator"], row["step_control"])
-    value = {"step" if row["step_control"] == "constant" else "tolerance": row["value"]}
-    return Settings(
-        pipeline=tried.pipeline,
-        integrator=tried.integrator,
-        step_control=tried.step_control,
-        steps_per_segment=row["steps_per_segment"],
-        segments=SEGMENTS,
-        max_steps=effort.most_steps,
-        **value,
-    )
-
-
-def sentence(rows: list[dict], goal: float) -> str:
-    """A recommendation in words."""
-    row = recommendation(rows, goal)
-    if row is None:
-        return f"No setting tried has errors below {goal:g} pixel."
-    method = Method(row["pipeline"], row["integrator"], row["step_control"])
-    what = "step" if row["step_control"] == "constant" else "tolerance"
-    unit = "model lengths" if row["step_control"] == "constant" else "radians"
-    return (
-        f"Cheapest below {goal:g} pixel: {method.label}, {what} {row['value']:.3g} {unit}: "
-        f"{row['error_p99_px_outside_band']:.2g} pixel (99th percentile), {row['ns_per_ray']:.0f} ns a ray."
-    )
