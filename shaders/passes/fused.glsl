@@ -24,8 +24,8 @@ float bounding_radius();
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
 bool accepted(float error);      // whether a step stands
 #ifdef EMBEDDED
-float adapted_step(float h, float error, float error_before);  // the next step size, from the last two estimates
-float first_error();                                           // what stands for the estimate before the first step
+float adapted_step(float h, float error, inout float demand);  // the next step size, from the last two estimates
+float first_demand();                                          // what stands for the first of them at the beginning
 uniform float u_first_reach;  // how far the first step may at least be tried, model lengths
 #else
 float next_step(float h, float error);  // the next step size
@@ -114,7 +114,7 @@ uniform float u_step;
 out vec4 out_x;  // where it ended, tau
 out vec4 out_v;  // unit direction there, status; v of a ray that is to go on
 #ifndef STRAIGHT
-out vec4 out_more;  // for going on: the next step size, the last error estimate, their sum, steps taken
+out vec4 out_more;  // for going on: the next step size, what the last one demanded, the errors' sum, steps taken
 #endif
 #ifdef REJECTED
 out vec4 out_rejected;  // of the steps taken, those whose result did not stand
@@ -211,7 +211,7 @@ void main() {
     int taken = 0;
     vec4 more = vec4(0.0);
 #ifdef EMBEDDED
-    more.y = first_error();
+    more.y = first_demand();
 #endif
 #endif
     int draw_end = taken + u_draw_steps;
@@ -226,7 +226,7 @@ void main() {
 #endif
 #endif
 #ifdef EMBEDDED
-    float error_before = more.y;
+    float demand = more.y;
 #endif
 #ifdef CHORDS
     Hit hit;
@@ -264,8 +264,7 @@ void main() {
         Step attempt = attempt_step(s, rate, h, rate_behind);
         bool stands = accepted(attempt.error);
 #ifdef EMBEDDED
-        float next = adapted_step(h, attempt.error, error_before);
-        if (stands) error_before = attempt.error;
+        float next = adapted_step(h, attempt.error, demand);
 #else
         float next = next_step(h, attempt.error);
 #endif
@@ -375,7 +374,7 @@ void main() {
     out_more.z = summed_error;
 #endif
 #ifdef EMBEDDED
-    out_more.y = error_before;
+    out_more.y = demand;
 #endif
 #endif
 #ifdef REJECTED

@@ -8,9 +8,9 @@ bool absorbed(RayState s);          // the model swallowed the ray
 float time_left(float tau);         // until the model ends a ray that has met nothing
 #endif
 #ifdef EMBEDDED
-float adapted_step(float h, float error, float error_before);  // the next step size, from the last two estimates
+float adapted_step(float h, float error, inout float demand);  // the next step size, from the last two estimates
 bool accepted(float error);                                    // whether a step stands
-float first_error();                                           // what stands for the estimate before the first step
+float first_demand();                                          // what stands for the first of them at the beginning
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
 
 uniform float u_smallest_step;
@@ -49,7 +49,7 @@ void main() {
 #ifdef EMBEDDED
     float h = v.w;
     float tau = x.w;
-    float error_before = first_error();
+    float demand = first_demand();
     float summed_error = 0.0;
     int taken = 0;
     int rejected = 0;
@@ -65,7 +65,7 @@ void main() {
 #endif
         Step attempt = advance(s, h);
         bool stands = accepted(attempt.error);
-        float next = adapted_step(h, attempt.error, error_before);
+        float next = adapted_step(h, attempt.error, demand);
 #ifdef CHORDS
         // The sagitta grows with the square of the step. One step alone has to be a good enough chord.
         float excess = sagitta_excess(s, attempt.state, tau + h);
@@ -77,7 +77,6 @@ void main() {
             s = attempt.state;
             tau += h;
             summed_error += attempt.error;
-            error_before = attempt.error;
         } else {
             ++rejected;
         }

@@ -1,7 +1,8 @@
-// Provides PI control of the step size from an embedded error estimate: Gustafsson 1991; Hairer and Wanner, Solving
-// Ordinary Differential Equations II, Section IV.2. The exponents are for the order of the estimate, q:
+// Provides predictive control of the step size from an embedded error estimate: Gustafsson 1994; Hairer and Wanner,
+// Solving Ordinary Differential Equations II, Section IV.8. An estimate of order q is C h^q; C changes along a ray, by
+// orders of magnitude on its way to a black hole and away from it, and is expected to change on by the same factor:
 //
-//     h' = h * safety * (tolerance / error)^(0.7/q) * (error before / tolerance)^(0.4/q)
+//     h' = safety * (tolerance / C')^(1/q),   C' = C^2 / C before
 
 uniform float u_tolerance;     // radians a step
 uniform float u_error_order;   // q
@@ -9,13 +10,15 @@ uniform float u_error_order;   // q
 const float SAFETY = 0.87;
 const float LARGEST_GROWTH = 5.0;
 const float LARGEST_CUT = 0.2;
+const float LARGEST_CHANGE = 8.0;  // log2: estimates that jump are the rounding's, or a front's
+const float NO_DEMAND = 1.0e30;
 
 bool accepted(float error) {
     return error <= u_tolerance;  // false for NaN, too
 }
 
-float first_error() {
-    return u_tolerance;
+float first_demand() {
+    return NO_DEMAND;
 }
 
 // log2 and exp2 to about 6 %, from the bits of a float: its exponent is the logarithm's whole part, its mantissa nearly the
@@ -28,10 +31,15 @@ float rough_exp2(float x) {
     return intBitsToFloat(int((x + 126.95) * 8388608.0));
 }
 
-float adapted_step(float h, float error, float error_before) {
+// demand : log2 of C / tolerance at the last step that stood, or first_demand(); of this one behind the call
+float adapted_step(float h, float error, inout float demand) {
     if (!(error < 3.0e38)) return LARGEST_CUT * h;
-    float now = rough_log2(max(error / u_tolerance, 1e-6));
-    float before = rough_log2(max(error_before / u_tolerance, 0.01));  // a far too short step must not hold back the next
-    float exponent = accepted(error) ? 0.4 * before - 0.7 * now : -now;
+    float now = rough_log2(max(error / u_tolerance, 1e-12));
+    float exponent = -now;
+    if (accepted(error)) {
+        float before = demand;
+        demand = now - u_error_order * rough_log2(h);
+        if (before != NO_DEMAND) exponent -= clamp(demand - before, -LARGEST_CHANGE, LARGEST_CHANGE);
+    }
     return h * clamp(SAFETY * rough_exp2(exponent / u_error_order), LARGEST_CUT, LARGEST_GROWTH);
 }
