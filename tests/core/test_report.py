@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from addon.core.models import MODELS
-from addon.core.report import errors, png
+from addon.core.reference import Truth
+from addon.core.report import errors, estimates, png
 from addon.core.report.cases import built_in, of_scene
 from addon.core.report.compare import differences, summarise
 from addon.core.report.methods import METHODS, papers_default, too_many_steps
@@ -17,6 +18,8 @@ from addon.core.report.plots import HEIGHT, LEFT, RIGHT, WIDTH, Curve, Diagram
 from addon.core.report.recommend import recommendation
 from addon.core.report.work_precision import mark_front
 from addon.core.settings import INTEGRATORS, PIPELINES, WITH_ERROR_ESTIMATE, Settings
+from addon.core.status import Status
+from addon.core.trace import RayEnds
 
 CASES = {case.title: case for case in built_in()}
 
@@ -91,6 +94,31 @@ def test_near_critical_is_the_photon_spheres_impact_parameter():
     found = errors.near_critical(MODELS["schwarzschild"](), positions, directions)
     assert found.tolist() == [False, True, True, False]
     assert not errors.near_critical(MODELS["kerr"](), positions, directions).any()
+
+
+def test_an_estimate_is_exceeded_only_beyond_float32s_rounding():
+    """Three rays that end 1e-9, 1e-5 and 1e-5 rad beside the truth, with estimates of 0, 0 and 2e-5 rad."""
+    turned = np.array([1e-9, 1e-5, 1e-5])
+    directions = np.stack([np.cos(turned), np.sin(turned), 0.0 * turned], axis=1)
+    none = np.zeros(3)
+    escaped = np.full(3, int(Status.ESCAPED))
+    ends = RayEnds(np.zeros((3, 3)), directions, none, escaped, none, none, none, np.array([0.0, 0.0, 2e-5]))
+    truth = Truth(np.zeros((3, 3)), np.tile((1.0, 0.0, 0.0), (3, 1)), none, escaped, none, none)
+    found = errors.compare(MODELS["straight"](), ends, truth)
+    assert found.exceeds.tolist() == [False, True, False]
+    assert found.factor[2] == pytest.approx(0.5, rel=0.01)
+
+
+def test_estimates_are_those_of_the_products_own_method():
+    """At the tolerance next to its own, a record a case; the magnification is that of a rounding."""
+    own = Settings()
+    kind = {"model": "lorenz", "pipeline": own.pipeline, "integrator": own.integrator, "step_control": own.step_control}
+    figures = {"estimate_exceeded_percent": 5.0, "estimate_factor_p99": 2.0, "rounding_px": 3.0}
+    rows = [row(1.0, 1.0, **(kind | figures | {"case": case, "value": v})) for case in "ab" for v in (1e-3, 3e-5, 1e-5)]
+    rows.append(row(1.0, 1.0, case="a", pipeline="paper"))
+    found = estimates.of_every_case(rows, {"a": 1e-3, "b": 2e-3})
+    assert [(each["case"], each["tolerance"]) for each in found] == [("a", 3e-5), ("b", 3e-5)]
+    assert found[1]["magnification_p99"] == pytest.approx(3.0 * 2e-3 * 2.0**24)
 
 
 def test_front_and_recommendation():

@@ -14,6 +14,7 @@ from ..trace import RayEnds
 BAND = 1e-3  # of |b / b_c - 1|: rays nearer to critical wind around the hole, and magnify every error
 FIGURES = ("max", "rms", "median", "p99")
 CRITICAL = 3.0 * np.sqrt(3.0)  # M
+ROUNDING = 2.0 * 2.0**-24  # radians: a direction is rounded to float32 at the camera and at the end
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +25,20 @@ class Errors:
     elsewhere  bool, (n,): it ended in another way than the truth, or on another side
     known      bool, (n,): the reference has converged
     failed     bool, (n,): it ended in a failure
-    exceeds    bool, (n,): the angle is larger than the integrator's own estimate
+    factor     (n,): the angle as a multiple of the integrator's own estimate; both within float32's rounding: at most 1
     """
 
     angle: np.ndarray
     elsewhere: np.ndarray
     known: np.ndarray
     failed: np.ndarray
-    exceeds: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def exceeds(self) -> np.ndarray:
+        """bool, (n,): whether the angle is larger than the integrator's own estimate."""
+        with np.errstate(invalid="ignore"):
+            return self.factor > 1.0
 
 
 def compare(model: Model, ends: RayEnds, truth: Truth) -> Errors:
@@ -44,9 +51,8 @@ def compare(model: Model, ends: RayEnds, truth: Truth) -> Errors:
     both = (escaped | left) & ~elsewhere & truth.converged
     angle = np.full(len(elsewhere), np.nan)
     angle[both] = angles(ends.direction[both].astype(np.float64), truth.direction[both])
-    with np.errstate(invalid="ignore"):
-        exceeds = angle > ends.error
-    return Errors(angle, elsewhere, truth.converged, np.isin(ends.status, FAILURES), exceeds)
+    factor = angle / (ends.error + ROUNDING)
+    return Errors(angle, elsewhere, truth.converged, np.isin(ends.status, FAILURES), factor)
 
 
 def near_critical(model: Model, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from ..reference import true_ends
 from ..scene import Scene
 from ..settings import Settings
 from ..trace import render
-from . import ablation, error_map, png, precision_diagram, stability, stiff
+from . import ablation, error_map, estimates, png, precision_diagram, stability, stiff
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .compare import summarise
@@ -41,6 +41,7 @@ class Report:
     stability: list[dict] = field(default_factory=list)
     stiff: list[dict] = field(default_factory=list)
     error_maps: list[dict] = field(default_factory=list)
+    estimates: list[dict] = field(default_factory=list)
     ablation: list[dict] = field(default_factory=list)
     half_floats: list[dict] = field(default_factory=list)
     recommended: list[dict] = field(default_factory=list)
@@ -74,6 +75,7 @@ def write(
     page.text(*(f"{name}: {value}" for name, value in report.environment.items()))
     diagrams = _work_precision(report, page, cases, effort, _part(progress, 0.0, 0.6))
     _error_maps(report, page, cases, quick, settings, _part(progress, 0.6, 0.7))
+    _estimates(report, page, cases)
     if scene:
         _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.7, 1.0))
     else:
@@ -173,6 +175,15 @@ def _error_maps(
         advice=True,
     )
     page.table(report.error_maps, {key: key.replace("_", " ") for key in figures if key not in ("model", "case")})
+
+
+def _estimates(report: Report, page: Page, cases: Sequence[Case]) -> None:
+    report.estimates = estimates.of_every_case(report.work_precision, {case.title: case.pixel for case in cases})
+    if not report.estimates:
+        return
+    page.section("How well the Error pass tracks the truth")
+    page.text(estimates.WHY)
+    page.table(report.estimates, ESTIMATE_COLUMNS)
 
 
 def _users(
@@ -302,12 +313,20 @@ WORK_COLUMNS = {
     "value": "step or tolerance",
     **ERROR_COLUMNS,
     "estimate_exceeded_percent": "truth > estimate, %",
+    "estimate_factor_p99": "truth / estimate, 99 %",
     "time_min_ms": "ms",
     "time_median_ms": "median ms",
     "ns_per_ray": "ns a ray",
     "ns_per_ray_step": "ns a ray and step",
     "front": "front",
     "papers_default": "paper's default",
+}
+ESTIMATE_COLUMNS = {
+    "case": "case",
+    "tolerance": "tolerance, rad",
+    "estimate_exceeded_percent": "truth > estimate, %",
+    "estimate_factor_p99": "truth / estimate, 99 %",
+    "magnification_p99": "the law magnifies small errors, times, 99 %",
 }
 ABLATION_COLUMNS = {
     "what": "with",

@@ -153,6 +153,7 @@ def precision(
     return row | {
         "failed_percent": 100.0 * float(found.failed.mean()),
         "estimate_exceeded_percent": 100.0 * float(found.exceeds[measured].mean()) if estimated else float("nan"),
+        "estimate_factor_p99": float(np.percentile(found.factor[measured], 99)) if estimated else float("nan"),
         "drift_max": float(drifting.max()) if len(drifting) else float("nan"),
         "steps_mean": float(ends.steps.mean()),
         "steps_max": int(ends.steps.max()),
@@ -189,6 +190,7 @@ NO_PRECISION = dict.fromkeys(
         *(f"misclassified_percent{band}" for band in ("", "_outside_band")),
         "failed_percent",
         "estimate_exceeded_percent",
+        "estimate_factor_p99",
         "drift_max",
         "steps_mean",
         "steps_max",
