@@ -1,7 +1,7 @@
 """Triangles and spheres -> one flat tree of bounding boxes, for intersection/tree.glsl.
 
 Built in two rounds of the same binned surface area heuristic (Wald 2007), level by level, so that numpy works on all
-nodes of a level at once: primitives are first gathered in the cells of a coarse grid (as in HLBVH, Garanzha 2011); the
+nodes of a level at once: primitives are first gathered in the cells of a grid (as in HLBVH, Garanzha 2011); the
 upper tree parts the cells, the lower trees part the primitives of each cell. A cell holds one kind only, so that every
 leaf does, too.
 
@@ -14,17 +14,16 @@ A count of 0 makes the child a node; n > 0 makes it a leaf of n triangles from r
 
 from __future__ import annotations
 
-import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from .strips import on_all_processors
+
 LEAF_SIZE = 4
 BINS = 8
-CELL_SIZE = 256  # primitives a cell of the grid holds on the surface of a body, about
-LARGEST_GRID = 5  # cells an axis: 2^5
+CELL_SIZE = 16  # primitives a cell of the grid holds, on average at least
+GRID_BITS = 7  # cells an axis of the finest grid: 2^7
 BATCH = 1 << 16  # primitives of the lower trees that are built together: as many as a processor's cache holds
 UPPER_LEVELS, LOWER_LEVELS = 18, 22  # below, boxes are halved by count: no tree is deeper than the shader's stack
 STACK_SIZE = UPPER_LEVELS + LOWER_LEVELS  # intersection/tree.glsl
@@ -71,13 +70,8 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     # Low corners and negated high corners: the union of boxes is one minimum.
     boxes = np.concatenate([boxes[:, 0].T, -boxes[:, 1].T]).astype(np.float32, order="C")
 
-    cells = grid_cells(boxes, triangle_count)
-    order = np.argsort(cells, kind="stable")
-    boxes = boxes[:, order]
-    first = np.flatnonzero(np.diff(cells[order], prepend=-1))
-    end = np.append(first[1:], n)
-
-    order, lower = build_lower(boxes, order, first, end)
+    order, first = grid_cells(boxes, triangle_count)
+    order, lower = build_lower(boxes[:, order], order, first, np.append(first[1:], n))
     cell_boxes = lower.boxes[:, : len(first)]
     cell_order, upper = grow(cell_boxes, np.array([0]), np.array([len(first)]), 1, UPPER_LEVELS)
     is_sphere = order >= triangle_count
@@ -86,20 +80,28 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, bounds.reshape(2, 3))
 
 
-def grid_cells(boxes: np.ndarray, triangle_count: int) -> np.ndarray:
-    """(n,), the Morton number of each box's cell; spheres have cells of their own."""
+def grid_cells(boxes: np.ndarray, triangle_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The order of boxes along a Morton curve, spheres last; and where in it the cells of a grid begin, of the finest
+    one whose cells hold enough.
+    """
     n = boxes.shape[1]
-    bits = min(max(math.ceil(math.log(n / CELL_SIZE, 4)), 0), LARGEST_GRID) if n > CELL_SIZE else 0
-    code = np.zeros(n, np.uint16)
     centres = 0.5 * (boxes[:3] - boxes[3:])
     low, high = centres.min(axis=1, keepdims=True), centres.max(axis=1, keepdims=True)
-    scale = np.float32(2**bits) / np.maximum(high - low, np.float32(1e-30))
-    places = np.minimum((centres - low) * scale, np.float32(2**bits - 1)).astype(np.uint16)
-    for axis in range(3):
-        for bit in range(bits):
-            code |= ((places[axis] >> bit) & 1) << np.uint16(3 * bit + axis)
-    code[triangle_count:] |= np.uint16(1 << 15)
-    return code.astype(np.int32) if bits == 0 else code
+    scale = np.float32(2**GRID_BITS) / np.maximum(high - low, np.float32(1e-30))
+    places = np.minimum((centres - low) * scale, np.float32(2**GRID_BITS - 1)).astype(np.uint32)
+    spread = np.array([sum((i >> bit & 1) << 3 * bit for bit in range(GRID_BITS)) for i in range(2**GRID_BITS)])
+    x, y, z = spread.astype(np.uint32)[places]
+    code = x | y << np.uint32(1) | z << np.uint32(2)
+    code[triangle_count:] |= np.uint32(1 << 3 * GRID_BITS)
+    order = np.argsort(code.astype(np.uint16), kind="stable")  # numpy sorts 16 bits at a time in linear time
+    order = order[np.argsort((code >> np.uint32(16)).astype(np.uint16)[order], kind="stable")]
+    code = code[order]
+    for coarser in range(GRID_BITS + 1):
+        cells = code >> np.uint32(3 * coarser)
+        first = np.flatnonzero(np.concatenate([[True], cells[1:] != cells[:-1]]))
+        if len(first) <= min(n // CELL_SIZE, 1 << UPPER_LEVELS):
+            break
+    return order, first
 
 
 def build_lower(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, Forest]:
@@ -115,8 +117,7 @@ def build_lower(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np
         cells = slice(*part)
         return grow(boxes[:, low:high], first[cells] - low, end[cells] - low, LEAF_SIZE, LOWER_LEVELS)
 
-    with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
-        grown = list(pool.map(work, parts))
+    grown = on_all_processors(work, parts)
     order = np.concatenate([order[first[b] : end[s - 1]][o] for (b, s), (o, _) in zip(parts, grown, strict=True)])
     return order, gathered([forest for _, forest in grown], [first[b] for b, _ in parts], [s - b for b, s in parts])
 

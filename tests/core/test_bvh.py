@@ -71,7 +71,9 @@ def test_every_primitive_once_in_boxes_that_contain_it(n, kind):
     arrays.arrays(
         np.float32,
         st.tuples(st.integers(1, 60), st.just(2), st.just(3)),
-        elements=st.sampled_from([-1e15, -1.0, -1e-30, 0.0, 1e-30, 0.5, 0.5000001, 1.0, 7.0, 1e15]),
+        elements=st.sampled_from(
+            np.float32([-1e15, -1.0, -1e-30, 0.0, 1e-30, 0.5, 0.5000001, 1.0, 7.0, 1e15]).tolist()
+        ),
     ),
     st.integers(0, 60),
 )
@@ -93,8 +95,20 @@ def test_sizes_that_grow_from_box_to_box_stay_within_the_stack():
 
 def test_trees_of_many_cells_are_joined():
     """Enough boxes for a grid, for several batches, and for cells of both kinds."""
-    assert bvh.grid_cells(np.zeros((6, 10), np.float32), 5).max() == 1 << 15
     check(boxes_of(20_000, 3, 0.01), boxes_of(50_000, 4, 0.01))
+
+
+@pytest.mark.parametrize(("n", "triangle_count"), [(1, 0), (1, 1), (7, 3), (16, 16), (5000, 5000), (5000, 3000)])
+def test_cells_hold_enough_of_one_kind_and_neighbours_lie_together(n, triangle_count):
+    boxes = boxes_of(n, 7, 0.001)
+    low_and_minus_high = np.concatenate([boxes[:, 0].T, -boxes[:, 1].T])
+    order, first = bvh.grid_cells(low_and_minus_high, triangle_count)
+    assert np.array_equal(np.sort(order), np.arange(n))
+    assert len(first) <= max(n / bvh.CELL_SIZE, len({triangle_count, n} - {0}))
+    cells = np.split(order, first[1:])
+    assert all(len(cell) and len(set(cell < triangle_count)) == 1 for cell in cells)
+    if n == 5000:  # enough for cells of a quarter of the cube's side, which is 2
+        assert max(np.ptp(boxes[cell, 0], axis=0).max() for cell in cells) <= 0.5
 
 
 def test_it_is_better_than_halves():
