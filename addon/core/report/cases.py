@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..models import MODELS, Model
+from ..reference import Truth, true_ends
 from ..scene import Camera, Scene
+from ..settings import Settings
+from .observers import chart_directions
 
 ACROSS = 1024  # pixels that a built-in case's picture is thought to have across: what a pixel of error is
 SEED = 20040901  # of the places within the strata
@@ -15,20 +18,37 @@ SEED = 20040901  # of the places within the strata
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """name : of the model;  title : what is seen;  pixel : radians a pixel;  scene : camera and model, no objects"""
+    """name : of the model;  title : what is seen;  pixel : radians a pixel;  scene : camera and model, no objects
+    observer, observer_velocity : as Settings has them
+    """
 
     name: str
     title: str
     scene: Scene
     pixel: float
+    observer: str = "chart"
+    observer_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def model(self) -> Model:
         return self.scene.model
 
+    def seen(self, settings: Settings) -> Settings:
+        """The settings with this observer."""
+        return replace(settings, observer=self.observer, observer_velocity=self.observer_velocity)
+
+    def truth(self, positions: np.ndarray, directions: np.ndarray, **options) -> Truth:
+        """Of rays as rays() gives them. options : of true_ends()"""
+        return true_ends(self.model, positions, self.in_chart(positions, directions), **options)
+
+    def in_chart(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """What the observer sees in these directions comes from those of the chart, float64, (n, 3)."""
+        velocity = tuple(self.scene.placement.directions_to_model(self.observer_velocity))
+        return chart_directions(self.model, self.observer, velocity, positions, directions)
+
     def rays(self, side: int) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and unit directions, float32's numbers in float64, (side², 3), model space: a ray in each of side x
-        side equal parts of the picture, at a random but always the same place in it.
+        """Origins and the observer's unit directions, float32's numbers in float64, (side², 3), model space: a ray in
+        each of side x side equal parts of the picture, at a random but always the same place in it.
         """
         generator = np.random.default_rng(SEED)
         rows, columns = np.divmod(np.arange(side * side), side)
@@ -68,14 +88,20 @@ def camera_rays(scene: Scene, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray,
     return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
-def of_scene(scene: Scene) -> Case:
-    """The user's scene without its objects. A pixel is the angle that it has at the picture's middle."""
+def of_scene(scene: Scene, settings: Settings | None = None) -> Case:
+    """The user's scene without its objects. A pixel is the angle that it has at the picture's middle.
+
+    settings : for the observer
+    """
     bare = Scene(scene.camera, scene.model, scene.placement)
     pixel = (scene.camera.window[1] - scene.camera.window[0]) / scene.camera.width
     if scene.camera.kind == "ORTHOGRAPHIC":  # seen from the model's centre
         away = np.linalg.norm(scene.camera.world_from_camera[:3, 3] - scene.placement.position)
         pixel /= max(float(away), pixel)
-    return Case(scene.model.name, scene.model.label, bare, float(pixel))
+    case = Case(scene.model.name, scene.model.label, bare, float(pixel))
+    if settings is None:
+        return case
+    return replace(case, observer=settings.observer, observer_velocity=settings.observer_velocity)
 
 
 def look_at_centre(position: tuple[float, float, float]) -> np.ndarray:

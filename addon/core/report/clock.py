@@ -20,7 +20,7 @@ class Clock:
     """
 
     def __init__(self, case: Case, settings: Settings, picture: int):
-        self.case, self.settings, self.picture = case, replace(settings, passes=("Direction",)), picture
+        self.case, self.settings, self.picture = case, replace(case.seen(settings), passes=("Direction",)), picture
         self.times: list[float] = []
         self.compile_ms = float("nan")
 

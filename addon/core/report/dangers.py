@@ -42,13 +42,13 @@ def sentences(case: Case, settings: Settings) -> list[str]:
             "Rays are kept in 16 bit, which rounds their directions by up to 5e-4 at every segment. Set Ray Precision "
             "to 32 Bit."
         )
-    near = errors.near_critical(model, positions, directions)
+    near = errors.near_critical(model, positions, case.in_chart(positions, directions))
     if near.any():
         found.append(
             f"{100.0 * near.mean():.2g} % of the rays are within {errors.BAND:g} of the critical impact parameter, "
             "where errors grow without bound. Render them with more samples a pixel; no tolerance helps."
         )
-    ends = trace_rays(model, positions, directions, settings)
+    ends = trace_rays(model, positions, directions, case.seen(settings), scene=case.scene)
     counts = {status: int((ends.status == status).sum()) for status in Status}
     found += advice(counts, settings.max_steps)
     drift = ends.invariant_drift[np.isin(ends.status, (Status.ESCAPED, Status.HIT))]

@@ -69,8 +69,9 @@ def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]
 
 def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
     positions, directions = case.rays(effort.side)
+    in_chart = case.in_chart(positions, directions)
     truth, rounding_floor = rounding.reference_and_floor(
-        case, positions, directions, lambda part: progress(0.2 * part, f"{case.title}: the reference")
+        case, positions, in_chart, lambda part: progress(0.2 * part, f"{case.title}: the reference")
     )
     tried = _settings_to_try(case, effort)
     rows = []
@@ -82,7 +83,7 @@ def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
     settings = [settings for _, _, settings, _ in tried]
     _measure_times(case, rows, settings, effort, lambda part: progress(0.6 + 0.4 * part, f"{case.title}: time"))
     mark_front(rows)
-    floor = bounding_sphere_floor(case, positions, directions, truth) / case.pixel
+    floor = bounding_sphere_floor(case, positions, in_chart, truth) / case.pixel
     return [row | {"bounding_sphere_px": floor, "rounding_px": rounding_floor} for row in rows]
 
 
@@ -101,7 +102,7 @@ def _settings_to_try(case: Case, effort: Effort) -> list[tuple[Method, float, Se
 
 def bounding_sphere_floor(case: Case, positions: np.ndarray, directions: np.ndarray, truth: Truth) -> float:
     """What no constant step can improve: the 99th percentile of the angle, radians, by which true rays have still to
-    turn where the shaders end them. Of a part of the rays.
+    turn where the shaders end them. Of a part of the rays.  directions : of the chart
     """
     some = np.arange(0, len(positions), SHARE_OF_FLOOR)
     radius = case.model.escape_radius(0.0)
@@ -140,11 +141,11 @@ def _record(
 def precision(
     case: Case, settings: Settings, positions: np.ndarray, directions: np.ndarray, truth: Truth
 ) -> dict[str, float]:
-    """Errors, drift and steps of one setting."""
-    ends = trace_rays(case.model, positions, directions, settings)
+    """Errors, drift and steps of one setting.  directions : that the case's observer sees"""
+    ends = trace_rays(case.model, positions, directions, case.seen(settings), scene=case.scene)
     found = errors.compare(case.model, ends, truth)
     everything = np.ones(len(positions), bool)
-    away = ~errors.near_critical(case.model, positions, directions)
+    away = ~errors.near_critical(case.model, positions, case.in_chart(positions, directions))
     row = errors.summary(found, case.pixel, everything)
     row |= errors.summary(found, case.pixel, away, "_outside_band")
     measured = np.isfinite(found.angle)
