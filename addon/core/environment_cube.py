@@ -14,6 +14,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .strips import on_all_processors
+
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 SMALLEST, LARGEST = 16, 1024
 
@@ -59,11 +61,14 @@ def equirect_to_cube(pixels: np.ndarray, size: int, environment_from_world: np.n
     samples = max(1, math.ceil(rgb.shape[1] / (4 * size)))  # along each side of a texel
     offsets = (np.arange(samples) + 0.5) / samples
     faces = np.zeros((6, size, size, 3), np.float32)
-    for face in range(6):
+
+    def fill(face: int) -> None:
         for s in offsets:
             for t in offsets:
                 directions = _unit(_face(face, size, s, t)) @ matrix[:, :3].T + matrix[:, 3]
                 faces[face] += sample_equirect(rgb, directions)
+
+    on_all_processors(fill, range(6))
     return faces / np.float32(samples * samples)
 
 

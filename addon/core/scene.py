@@ -157,7 +157,7 @@ class Camera:
 class Environment:
     """The sky at infinity.
 
-    color : radiance where there are no faces
+    color : radiance where there are no faces; their mean where the exporter made them
     faces : float32, (6, size, size, 3), radiance, world space, in OpenGL's order (+X -X +Y -Y +Z -Z) and orientation
             (see environment_cube.face_directions), or None
     """

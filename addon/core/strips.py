@@ -5,10 +5,11 @@ threads run side by side.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+Part = TypeVar("Part")
 Result = TypeVar("Result")
 STRIP = 1 << 13  # rows of some hundred bytes
 
@@ -19,7 +20,7 @@ def in_strips(work: Callable[[slice], Result], count: int, size: int = STRIP) ->
     return on_all_processors(work, strips)
 
 
-def on_all_processors(work: Callable[[slice], Result], parts: list) -> list[Result]:
+def on_all_processors(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
     """work(part) for each part; what it returned, in order."""
     with ThreadPoolExecutor(max(1, min(len(parts), os.cpu_count() or 1))) as pool:
         return list(pool.map(work, parts))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..core.environment_cube import mean_radiance
 from ..core.models import Model
-from ..core.scene import Camera, Environment, Placement, Scene
+from ..core.scene import Camera, Placement, Scene
 from .bake_world import bake_world
 from .camera import camera_problem, export_camera
 from .geometry import Geometry
@@ -89,7 +88,7 @@ def export_scene(
         lights=tuple(lights),
         environment=environment,
         far_environment=far_environment,
-        ambient=ambient(environment),
+        ambient=environment.color,
         warnings=tuple(dict.fromkeys(warnings)),
     )
 
@@ -108,8 +107,3 @@ def seen_by_camera(instance: bpy.types.DepsgraphObjectInstance, view_layer: bpy.
         return False
     original = instance.parent.original if instance.parent is not None else instance.object.original
     return not original.indirect_only_get(view_layer=view_layer)
-
-
-def ambient(environment: Environment) -> tuple[float, float, float]:
-    """The sky's mean radiance over the sphere."""
-    return environment.color if environment.faces is None else mean_radiance(environment.faces)

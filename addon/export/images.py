@@ -7,6 +7,7 @@ and premultiplied unless the alpha is "Channel Packed" or "None".
 
 from __future__ import annotations
 
+import hashlib
 import os
 from typing import TYPE_CHECKING
 
@@ -46,15 +47,10 @@ def scene_linear(image: bpy.types.Image, *, times_alpha: bool = False) -> tuple[
     None instead of pixels where the image has none: its file is missing, or cannot be read.
     """
     image = image.original
-    width, height = image.size
-    if width == 0 or height == 0 or image.channels == 0:
+    stored = _stored(image)
+    if stored is None:
         return None, []
-    flat = np.empty(width * height * image.channels, np.float32)
-    try:
-        image.pixels.foreach_get(flat)
-    except (RuntimeError, TypeError):  # the buffer vanished, or is not of the size that was promised
-        return None, []
-    pixels = _four_channels(flat.reshape(height, width, image.channels))
+    pixels = _four_channels(stored)
     warnings = []
     if image.source in {"TILED", "SEQUENCE", "MOVIE"}:
         part = "first tile" if image.source == "TILED" else "current frame"
@@ -73,9 +69,33 @@ def scene_linear(image: bpy.types.Image, *, times_alpha: bool = False) -> tuple[
     if unusable.any():
         pixels[unusable] = 0.0
         warnings.append(
-            f"Image '{image.name}': {unusable.sum()} of {width * height} pixels are not finite and were made black."
+            f"Image '{image.name}': {unusable.sum()} of {unusable.size} pixels are not finite and were made black."
         )
     return pixels, warnings
+
+
+def fingerprint(image: bpy.types.Image) -> tuple | None:
+    """All that scene_linear() depends on, the pixels as a digest. None where there are none."""
+    image = image.original
+    stored = _stored(image)
+    if stored is None:
+        return None
+    space = image.colorspace_settings
+    ways = (image.name, image.source, image.alpha_mode, image.is_float, space.name, space.is_data)
+    return (*ways, stored.shape, hashlib.blake2b(stored).digest())
+
+
+def _stored(image: bpy.types.Image) -> np.ndarray | None:
+    """float32, (height, width, channels), what `Image.pixels` holds; None where there is nothing to be read."""
+    width, height = image.size
+    if width == 0 or height == 0 or image.channels == 0:
+        return None
+    flat = np.empty(width * height * image.channels, np.float32)
+    try:
+        image.pixels.foreach_get(flat)
+    except (RuntimeError, TypeError):  # the buffer vanished, or is not of the size that was promised
+        return None
+    return flat.reshape(height, width, image.channels)
 
 
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:

@@ -8,10 +8,10 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..core.environment_cube import equirect_to_cube, face_size
 from ..core.scene import Environment
 from . import nodes
-from .images import missing, scene_linear
+from .images import missing
+from .sky import image_sky
 
 ADVICE = "Press Bake World to show it"
 
@@ -63,14 +63,12 @@ def export_world(world: bpy.types.World | None) -> tuple[Environment, list[str]]
     warnings = list(reading.warnings)
     if reading.image is None:
         return Environment(reading.color), warnings
-    # An environment has no cover: Cycles shows the light of a half transparent pixel times its alpha.
-    pixels, image_warnings = scene_linear(reading.image, times_alpha=True)
-    warnings += image_warnings
-    if pixels is None:
+    sky = image_sky(reading.image, reading.matrix)
+    if sky is None:
         warnings.append(missing_warning(world, reading.image))
         return Environment((1.0, 0.0, 1.0)), warnings
-    faces = equirect_to_cube(pixels, face_size(pixels.shape[1]), reading.matrix)
-    return Environment(faces=faces * np.float32(reading.strength)), warnings
+    color = tuple(reading.strength * channel for channel in sky.mean)
+    return Environment(color, sky.faces * np.float32(reading.strength)), [*warnings, *sky.warnings]
 
 
 def world_problem(world: bpy.types.World | None) -> list[str]:

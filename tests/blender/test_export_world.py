@@ -212,6 +212,83 @@ def test_mean_of_a_constant_picture(export, world):
     assert export()[1] == pytest.approx((1.0, 2.0, 4.0))
 
 
+@pytest.fixture
+def built(extension, monkeypatch):
+    """A list that grows with every cube that is built, from an empty memory."""
+    sky = extension("addon.export.sky")
+    cubes = []
+    original = sky.equirect_to_cube
+    monkeypatch.setattr(sky, "_kept", {})
+    monkeypatch.setattr(sky, "equirect_to_cube", lambda *given: cubes.append(given) or original(*given))
+    return cubes
+
+
+def test_an_unchanged_sky_is_not_built_again(export, world, built):
+    environment_texture(world, smooth_sky())
+    first, ambient, _ = export()
+    bpy.context.scene.frame_set(7)
+    background(world).inputs["Strength"].default_value *= 2.0
+    second, twice, _ = export()
+    assert len(built) == 1
+    assert np.array_equal(second.faces, 2.0 * first.faces)  # a power of two: no rounding
+    assert twice == pytest.approx(2.0 * np.array(ambient))
+
+
+def change_a_pixel(image, node):
+    image.pixels[0] += 0.25
+
+
+def change_the_colour_space(image, node):
+    image.colorspace_settings.name = "ACES2065-1"
+
+
+def change_the_alpha(image, node):
+    image.alpha_mode = "NONE"
+
+
+def change_the_image(image, node):
+    other = image.copy()
+    other.scale(WIDTH // 2, HEIGHT // 2)
+    node.image = other
+
+
+def change_the_mapping(image, node):
+    mapping(bpy.context.scene.world, node, rotation=(0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [change_a_pixel, change_the_colour_space, change_the_alpha, change_the_image, change_the_mapping],
+)
+@pytest.mark.parametrize("float_buffer", [True, False])
+def test_a_changed_sky_is_built_again(export, world, built, change, float_buffer):
+    image = bpy.data.images.new("Half", WIDTH, HEIGHT, float_buffer=float_buffer, alpha=True)
+    image.pixels.foreach_set(np.tile(np.float32([0.5, 0.25, 0.125, 0.5]), WIDTH * HEIGHT))
+    image.pack()
+    node = environment_texture(world, image)
+    export()
+    change(image, node)
+    export()
+    assert len(built) == 2
+
+
+def test_only_the_last_two_skies_are_kept(extension, export, world, built):
+    """A near and a far sky alternate in every frame; a third one drives the oldest out."""
+    node = environment_texture(world, smooth_sky())
+    near, far, third = (smooth_sky() for _ in range(3))
+    for image, value in ((far, 0.5), (third, 0.75)):
+        image.pixels.foreach_set(np.full(4 * WIDTH * HEIGHT, value, np.float32))
+
+    def show(image):
+        node.image = image
+        export()
+        return len(built)
+
+    assert [show(image) for image in (near, far, near, far)] == [1, 2, 2, 2]
+    assert [show(image) for image in (third, far, near)] == [3, 3, 4]
+    assert len(extension("addon.export.sky")._kept) == 2
+
+
 def fault_shader(world):
     node = world.node_tree.nodes.new("ShaderNodeEmission")
     world.node_tree.links.new(node.outputs[0], world.node_tree.nodes["World Output"].inputs["Surface"])
