@@ -163,7 +163,9 @@ def test_a_users_scene(egl, few_methods, tmp_path):
     assert {row["model"] for row in content["work_precision"]} == {"schwarzschild"}
     assert [row["rendered_px"] < row["goal_px"] for row in content["recommended"]] == [True, True]
     assert content["stability"] == [] and content["environment"]["us"] == "1"
-    assert len(list(index.parent.glob("*.png"))) == len(list(index.parent.glob("*.svg"))) == 1
+    drawn = sorted(path.name for path in index.parent.glob("*.png"))
+    assert drawn == ["error_map_0.png", "error_map_1.png", "work_precision_schwarzschild.png"]
+    assert len(list(index.parent.glob("*.svg"))) == 1
     assert (index.parent / "work_precision.csv").read_text(encoding="utf-8").count("\n") == few_methods + 1
 
 

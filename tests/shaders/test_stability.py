@@ -6,8 +6,11 @@ import pytest
 from addon.core.models import MODELS
 from addon.core.report.cases import of_scene
 from addon.core.report.dangers import sentences
-from addon.core.report.stability import CASES, diagrams
+from addon.core.report.page import Page
+from addon.core.report.stability import CASES, write
 from addon.core.report.stability.kerr_outline import outline
+from addon.core.report.stability.record import record
+from addon.core.report.stability.section import MEANING
 from addon.core.scene import Scene
 from addon.core.settings import Settings
 from tests.shaders import scenes
@@ -26,12 +29,32 @@ def test_the_expectation_holds(name):
 
 
 def test_every_sweep_has_a_diagram(egl):
-    for name in ("near-critical rays", "long run", "thin front"):
-        RECORDS.setdefault(name, None)
-        RECORDS[name] = RECORDS[name] or CASES[name](True)
-    records = [{"case": name} | row for name, rows in RECORDS.items() for row in rows]
-    for diagram in diagrams(records):
+    swept = ("near-critical rays", "thin front", "stiff damping", "long run")
+    records = [{"case": name} | row for name in swept for row in RECORDS.get(name) or CASES[name](True)]
+    page = Page("")
+    drawn = write(page, records)
+    assert len(drawn) == len(swept) + 1  # two of the thin front
+    for diagram in drawn:
         assert all(len(curve.shown) >= 2 for curve in diagram.curves), diagram.title
+    html = page.html()
+    assert html.count("<svg") == len(drawn) and all(name[0].upper() + name[1:] in html for name in swept)
+    assert "0 of" not in html and "NO" not in html
+
+
+def test_every_case_of_the_page_is_explained():
+    assert list(MEANING) == list(CASES)
+
+
+def test_what_does_not_hold_is_said_first():
+    rows = [
+        record("a model", value, "stays small", "error, rad", value, 1.0) | {"case": "scale"} for value in (0.5, 2.0)
+    ]
+    page = Page("")
+    write(page, rows)
+    html = page.html()
+    assert "1 of 2 expectations hold." in html and "Does not hold: scale, a model, 2.0: stays small." in html
+    assert ">NO<" in html and ">200<" in html  # percent of the bound
+    assert html.count("stays small") == 2  # once for the case, not in every row of its table
 
 
 def test_the_drift_of_a_symplectic_method_is_bounded(egl):
@@ -45,7 +68,7 @@ def test_the_drift_of_a_symplectic_method_is_bounded(egl):
 
 def test_the_explicit_method_comes_to_rest_whatever_the_damping(egl):
     """Its steps are as short as stability wants them; it pays, and is right."""
-    rows = [row for row in CASES["stiff damping"](True) if "dormand_prince_54" in row["value"]]
+    rows = [row for row in CASES["stiff damping"](True) if row["integrator"] == "dormand_prince_54"]
     assert len(rows) == 7 and all(row["off"] == 0 for row in rows)
 
 

@@ -96,6 +96,13 @@ class Raster:
         part = self.pixels[row : row + covered.shape[0], column : column + covered.shape[1]]
         _paint(part, covered[: part.shape[0], : part.shape[1]], "#000000")
 
+    def pixels_at(self, at: Point, width: float, height: float, pixels: np.ndarray) -> None:
+        """A picture, uint8, (rows, columns, 3), row 0 at the bottom, with its upper left corner at `at`."""
+        column, row, columns, rows = (round(SCALE * length) for length in (*at, width, height))
+        across = np.arange(columns) * pixels.shape[1] // columns
+        up = np.arange(rows) * pixels.shape[0] // rows
+        self.pixels[row : row + rows, column : column + columns] = pixels[::-1][up][:, across] / np.float32(255.0)
+
     def content(self) -> np.ndarray:
         """uint8, row 0 at the bottom, as png.encoded() takes it."""
         return (255.0 * self.pixels[::-1] + 0.5).astype(np.uint8)

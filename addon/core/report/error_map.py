@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..reference import true_ends
 from ..settings import Settings
 from ..status import Status
 from ..trace import trace_rays
@@ -44,11 +43,11 @@ def measure(
     Case.pixel_rays() has it
     """
     positions, directions = case.pixel_rays(columns, rows, part)
-    truth = true_ends(case.model, positions, directions, progress=progress)
-    ends = trace_rays(case.model, positions, directions, settings)
+    truth = case.truth(positions, directions, progress=progress)
+    ends = trace_rays(case.model, positions, directions, case.seen(settings), scene=case.scene)
     found = errors.compare(case.model, ends, truth)
     measured = np.isfinite(found.angle)
-    band = errors.near_critical(case.model, positions, directions)
+    band = errors.near_critical(case.model, positions, case.in_chart(positions, directions))
     swallowed = (truth.status == Status.ABSORBED) & ~found.elsewhere
     true = _colors(found.angle / case.pixel)
     estimated = _colors(ends.error / case.pixel)
@@ -81,7 +80,7 @@ def shadows_edge(case: Case) -> tuple[float, float, float, float] | None:
 
     def absorbed(x: np.ndarray) -> np.ndarray:
         rays = camera_rays(case.scene, x, np.full_like(x, middle))
-        return true_ends(case.model, *rays).status == Status.ABSORBED
+        return case.truth(*rays).status == Status.ABSORBED
 
     x = np.linspace(0.0, 1.0, 33)
     found = absorbed(x)
@@ -97,14 +96,15 @@ def shadows_edge(case: Case) -> tuple[float, float, float, float] | None:
     return at - half, at + half, middle - half, middle + half
 
 
-def enlarged(pixels: np.ndarray, times: int) -> np.ndarray:
-    """Every pixel as a square of times x times."""
-    return pixels.repeat(times, axis=0).repeat(times, axis=1)
-
-
 def legend(columns: int, rows: int) -> np.ndarray:
     """The colours from 10^LOW to 10^HIGH pixels, from left to right."""
     return np.broadcast_to(_colors(np.logspace(LOW, HIGH, columns))[None], (rows, columns, 3)).astype(np.uint8)
+
+
+def ticks() -> dict[str, float]:
+    """Label -> its place in the legend, from 0 to 1."""
+    powers = range(int(LOW), int(HIGH) + 1)
+    return {f"{10.0**power:g}" + " pixels" * (power == HIGH): (power - LOW) / (HIGH - LOW) for power in powers}
 
 
 def _colors(pixels: np.ndarray) -> np.ndarray:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from html import escape
 
 STYLE = """
-body { font: 15px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222; }
+body { font: 15px/1.5 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; font-size: 12px; margin: 0.5em 0 1.5em; }
 th, td { padding: 2px 8px; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
-th { border-bottom: 2px solid #888; } td.text, th.text { text-align: left; white-space: normal; }
+th { border-bottom: 2px solid #888; white-space: normal; vertical-align: bottom; }
+td.text, th.text { text-align: left; white-space: normal; min-width: 8em; }
 tr.front td { background: #f0f4e8; } .wide { overflow-x: auto; }
-img { image-rendering: pixelated; max-width: 48%; } figure { margin: 1em 0; } nav a { margin-right: 1em; }
+img { max-width: 100%; } figure { margin: 1em 0; } nav a { margin-right: 1em; }
+svg { display: block; max-width: 900px; }
 .advice { background: #f3f6fb; padding: 0.5em 1em; border-left: 4px solid #3b6fb6; }
 """
 
@@ -39,16 +41,16 @@ class Page:
     def raw(self, html: str) -> None:
         self._parts.append(f"<figure>{html}</figure>")
 
-    def pictures(self, addresses: Sequence[str], caption: str) -> None:
-        images = " ".join(f'<img src="{address}" alt="">' for address in addresses)
-        self._parts.append(f"<figure>{images}<figcaption>{escape(caption)}</figcaption></figure>")
+    def picture(self, address: str, caption: str) -> None:
+        """caption : for who cannot see it"""
+        self._parts.append(f'<figure><img src="{address}" alt="{escape(caption)}"></figure>')
 
     def table(self, rows: Iterable[Mapping[str, object]], columns: Mapping[str, str], folded: str = "") -> None:
         """columns : key -> heading.  folded : what a click unfolds, where the table is long"""
         rows = list(rows)
         if not rows:
             return
-        texts = {key for key in columns if all(isinstance(row.get(key), str) for row in rows)}
+        texts = {key for key in columns if all(isinstance(row.get(key), (str, type(None))) for row in rows)}
 
         def cell(kind: str, key: str, text: str) -> str:
             style = ' class="text"' if key in texts else ""
@@ -80,7 +82,17 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else ""
     if isinstance(value, float):
-        if math.isnan(value):
-            return "NaN"
-        return f"{value:.3g}"
+        return _number(value)
     return str(value)
+
+
+def _number(value: float) -> str:
+    """Three digits, from 1 to 10 four (a camera at 2.001 M); no power of ten where a reader can do without."""
+    if math.isnan(value):
+        return "NaN"
+    if value and not 1e-3 <= abs(value) < 1e7:
+        digits, _, power = f"{value:.2e}".partition("e")
+        return f"{digits.rstrip('0').rstrip('.')}e{int(power)}" if power else digits
+    if abs(value) >= 1e3:
+        return f"{value:.0f}"
+    return f"{value:.4g}" if 1.0 <= abs(value) < 10.0 else f"{value:.3g}"

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .diagrams import diagrams
 from .fields import damping, head_on, stiff_flows, thin_fronts
 from .holes import extremal_kerr, far_camera, near_camera, near_critical
 from .inputs import degenerate_geometry, settings
 from .numbers import half_floats, long_run, offset, scale
+from .section import write
 
-__all__ = ["CASES", "diagrams", "run"]
+__all__ = ["CASES", "run", "write"]
 
 Progress = Callable[[float, str], None]
 

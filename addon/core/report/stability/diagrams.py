@@ -2,68 +2,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from ..plots import Curve, Diagram
+from ..methods import LABELS
+from ..plots import NEUTRAL, Curve, Diagram
 
-
-def diagrams(records: Sequence[dict]) -> list[Diagram]:
-    return [_near_critical(records), _long_run(records), _front_error(records), _front_step(records)]
-
-
-def _near_critical(records: Sequence[dict]) -> Diagram:
-    outside = [row for row in _of(records, "near-critical rays") if row["value"] > 0 and row["bound"] is not None]
-    return Diagram(
-        "Near-critical rays",
-        "b / b_c - 1",
-        "radians",
-        [
-            Curve("largest error", [(row["value"], row["figure"]) for row in outside]),
-            Curve(
-                "100 roundings x condition number", [(row["value"], row["bound"]) for row in outside], color=1, dash=1
-            ),
-        ],
-    )
+Rows = Sequence[Mapping]
 
 
-def _long_run(records: Sequence[dict]) -> Diagram:
-    rows = _of(records, "long run")
+def diagrams(case: str, rows: Rows) -> list[Diagram]:
+    """rows : a case's records.  Nothing where no value is swept."""
+    return SWEPT[case](rows) if case in SWEPT else []
+
+
+def _near_critical(rows: Rows) -> list[Diagram]:
+    outside = [row for row in rows if row["value"] > 0 and row["bound"] is not None]
+    error = [(row["value"], row["figure"]) for row in outside]
+    bound = [(row["value"], row["bound"]) for row in outside]
+    curves = [Curve("largest error", error), _line("100 roundings x condition", bound)]
+    return [Diagram("Near-critical rays", "distance from critical, b / b_c − 1", "largest error, radians", curves)]
+
+
+def _long_run(rows: Rows) -> list[Diagram]:
     curves = [
         Curve(
-            integrator.replace("_", " "),
+            LABELS[integrator],
             [(row["value"], row["figure"]) for row in rows if row["integrator"] == integrator],
-            color=index,
+            color=list(LABELS).index(integrator),
         )
-        for index, integrator in enumerate(dict.fromkeys(row["integrator"] for row in rows))
+        for integrator in dict.fromkeys(row["integrator"] for row in rows)
     ]
-    return Diagram("A closed orbit", "steps", "drift of energy and angular momentum, relative", curves)
+    return [Diagram("A closed orbit", "steps", "drift of energy and angular momentum, relative", curves)]
 
 
-def _front_error(records: Sequence[dict]) -> Diagram:
-    return Diagram(
-        "A ball behind a thin front: the error",
-        "thickness / R",
-        "radians",
-        [
-            Curve("off Snell's law", _swept(records, "figure")),
-            Curve("thickness, and float32's floor", _swept(records, "bound"), color=1, dash=1),
-        ],
+def _thin_front(rows: Rows) -> list[Diagram]:
+    swept = [row for row in rows if isinstance(row["value"], float)]
+    error, bound, step, front = (
+        [(row["value"], row[key]) for row in swept] for key in ("figure", "bound", "mean_step", "value")
     )
+    across = "thickness of the front / R"
+    return [
+        Diagram(
+            "A ball behind a thin front: the error",
+            across,
+            "largest angle off Snell's law, radians",
+            [Curve("largest error", error), _line("thickness + float32's floor", bound)],
+        ),
+        Diagram(
+            "A ball behind a thin front: the step",
+            across,
+            "mean step of τ, R",
+            [Curve("mean step, whole ray", step), _line("the thickness itself", front)],
+        ),
+    ]
 
 
-def _front_step(records: Sequence[dict]) -> Diagram:
-    return Diagram(
-        "A ball behind a thin front: the step",
-        "thickness / R",
-        "lengths",
-        [Curve("mean step", _swept(records, "mean_step"))],
-    )
+def _damping(rows: Rows) -> list[Diagram]:
+    curves = [
+        Curve(
+            LABELS[integrator],
+            [(row["kappa"], row["steps_max"]) for row in rows if row["integrator"] == integrator],
+            color=list(LABELS).index(integrator),
+        )
+        for integrator in dict.fromkeys(row["integrator"] for row in rows)
+    ]
+    return [Diagram("Damping: the way to rest", "damping κ, 1/τ", "most steps of a ray", curves)]
 
 
-def _of(records: Sequence[dict], case: str) -> list[dict]:
-    return [row for row in records if row["case"] == case]
+SWEPT: dict[str, Callable[[Rows], list[Diagram]]] = {
+    "near-critical rays": _near_critical,
+    "thin front": _thin_front,
+    "stiff damping": _damping,
+    "long run": _long_run,
+}
 
 
-def _swept(records: Sequence[dict], key: str) -> list[tuple[float, float]]:
-    rows = [row for row in _of(records, "thin front") if isinstance(row["value"], float)]
-    return [(row["value"], row[key]) for row in rows]
+def _line(label: str, points: Sequence[tuple[float, float]]) -> Curve:
+    """What was not measured but is compared with."""
+    return Curve(label, points, color=NEUTRAL, dash=1, dots=False)
