@@ -76,12 +76,11 @@ class Device:
         return cube
 
     def volume(self, data: np.ndarray):
-        """A filtered 3D texture of one channel, clamped at its border. data : float32, (depth, rows, columns, 1)."""
-        depth, rows, columns, _ = data.shape
+        """A 3D texture for texelFetch. data : float32, (depth, rows, columns, channels)."""
+        depth, rows, columns, channels = data.shape
         content = np.ascontiguousarray(data, np.float32).tobytes()
-        volume = self.ctx.texture3d((columns, rows, depth), 1, content, dtype="f4")
-        volume.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
-        volume.repeat_x = volume.repeat_y = volume.repeat_z = False
+        volume = self.ctx.texture3d((columns, rows, depth), channels, content, dtype="f4")
+        volume.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return volume
 
     def depth_buffer(self, size: tuple[int, int]):

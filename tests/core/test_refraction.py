@@ -12,6 +12,7 @@ from addon.core.compose import SHADERS, read
 from addon.core.models import MODELS, ParameterError
 from addon.core.models.noise import corner_values, noise, value_noise
 from addon.core.models.refraction import MEDIA
+from addon.core.models.still_blocks import FARTHEST, still_blocks, still_cells
 
 REFRACTION = MODELS["refraction"]
 DENSITY = np.random.default_rng(1).random((5, 6, 7))
@@ -202,10 +203,47 @@ def test_a_grid_stays_within_the_range_of_its_densities():
     assert n.min() >= 1.0 and n.max() <= 1.0 + DENSITY.max()
 
 
-def test_a_grid_goes_to_the_shader_as_it_is():
+def test_a_grid_goes_to_the_shader_in_rows_of_four():
     model = REFRACTION(medium="grid", grid=DENSITY, grid_min=(0, 0, 0), grid_max=(7, 12, 5))
-    assert model.textures()["u_grid"].shape == (5, 6, 7, 1) and model.textures()["u_grid"].dtype == np.float32
+    rows = model.textures()["u_grid"]
+    assert rows.shape == (11, 12, 10, 4) and rows.dtype == np.float32
+    for channel in range(4):
+        assert np.array_equal(rows[3:-3, 3:-3, 3 - channel : 10 - channel, channel], DENSITY.astype(np.float32))
+    assert rows.sum() == pytest.approx(4 * DENSITY.sum(), rel=1e-5)  # zeros around
     assert model.uniforms()["u_grid_cell"] == (1.0, 2.0, 1.0) and model.uniforms()["u_grid_min"] == (0.0, 0.0, 0.0)
+
+
+def patchy_density():
+    """Noise in one corner, a constant in another, nothing between; (nz, ny, nx)."""
+    density = np.zeros((17, 14, 19), np.float32)
+    density[:4, :5, :3] = np.random.default_rng(8).random((4, 5, 3))
+    density[9:, 8:, 10:] = 0.7
+    return density
+
+
+def test_the_spline_is_constant_in_still_cells_and_in_no_other():
+    density = patchy_density()
+    sides = np.array(density.shape[::-1])
+    model = REFRACTION(medium="grid", grid=density, grid_min=(0, 0, 0), grid_max=sides, strength=1.0)
+    still = still_cells(density)
+    assert still.shape == (20, 17, 22) and 0.2 < still.mean() < 0.9
+    k, j, i = np.indices(still.shape).reshape(3, -1)
+    steepest = np.zeros(still.size)
+    for corner in np.random.default_rng(2).random((5, 3)):
+        at = np.stack([i, j, k], axis=1) - 1.5 + corner  # the first cell is centred at voxel -1.5
+        steepest = np.maximum(steepest, np.abs(model.law.field(at)[0]).max(axis=1))
+    assert steepest[still.ravel()].max() < 1e-12 and steepest[~still.ravel()].min() > 1e-9
+
+
+def test_still_blocks_are_counted_in_all_directions():
+    """Each count against its definition: all blocks nearer than it are still, and one as far as it is not."""
+    cells = still_cells(patchy_density())
+    counts = still_blocks(patchy_density()).astype(int)
+    moving = np.unique(np.argwhere(~cells) // 2, axis=0)
+    for block in np.ndindex(counts.shape):
+        assert counts[block] == np.abs(moving - block).max(axis=1).min()
+    assert counts.max() >= 3
+    assert (still_blocks(np.zeros((3, 3, 3))) == FARTHEST).all()
 
 
 # What is refused, and how

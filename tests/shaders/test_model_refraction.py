@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from addon.core.models import MODELS
+from addon.core.models.still_blocks import BLOCK, still_blocks
 from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import trace_rays
@@ -27,6 +28,14 @@ CONSTANT = Settings(integrator="dormand_prince_54", step_control="constant", seg
 
 def voxels(size, seed=4):
     return np.random.default_rng(seed).random(size).astype(np.float32)
+
+
+def patchy(size):
+    """Noise in one corner, a constant in the other, nothing between."""
+    density = np.zeros(size, np.float32)
+    density[:4, :3, :3] = voxels((4, 3, 3))
+    density[5:, 4:, 4:] = 0.7
+    return density
 
 
 # (values, how small the medium's smallest feature is, in parts of its size)
@@ -51,6 +60,15 @@ MEDIA = {
             "grid_max": (1.0, 1.2, 0.9),
         },
         0.2,
+    ),
+    "grid with still parts": (
+        {
+            "medium": "grid",
+            "grid": patchy((10, 9, 11)),
+            "grid_min": (-1.1, -1.0, -0.8),
+            "grid_max": (1.0, 1.2, 0.9),
+        },
+        0.1,
     ),
     "default formula": ({"medium": "expression"}, 1.0),
     "formula": (
@@ -547,6 +565,41 @@ def test_a_grid_of_luneburgs_profile_approximates_the_lens():
         errors.append(error)
     print()
     assert errors[1] < errors[0] / 1.8 and errors[2] < errors[1] / 1.8
+
+
+def test_steps_in_a_grid_are_long_where_it_is_still_and_nowhere_else(glsl):
+    """A step longer than a voxel passes no point where n varies; outside the box it goes on to it, or for ever."""
+    low, high = np.array([-1.5, -1.0, -1.2]), np.array([1.5, 1.2, 1.0])
+    model = REFRACTION(medium="grid", grid=patchy((24, 20, 26)), grid_min=low, grid_max=high)
+    states = random_states(model, 2000, radius=3.0)
+    states[:40, 3:] *= [1.0, 0.0, 0.0]  # along an axis, too
+    body = "out_step = vec4(longest_step(RayState(x.xyz, v.xyz)));"
+    steps = run_on(glsl, model, body, states, ("step",))["step"][:, 0].astype(float)
+    x, v = states[:, :3].astype(float), states[:, 3:].astype(float)
+    voxel = model.law.cell.min() / np.linalg.norm(v, axis=1)
+    assert (steps > voxel * (1.0 - 10 * EPS)).all()
+    long = steps > voxel * (1.0 + 10 * EPS)
+    # Not the last thousandth of a cell, which belongs to the roundings.
+    way = np.clip(np.minimum(steps, 20.0 / np.linalg.norm(v, axis=1)) - 1e-3 * voxel, 0.0, None)
+    for share in np.linspace(0.0, 1.0, 41):
+        force = model.law.field(x + (share * way)[:, None] * v)[0]
+        assert np.abs(force[long]).max() < 1e-9
+    counts = still_blocks(model.grid)
+    cell = np.floor((x - low) / model.law.cell - 0.5).astype(int) + 2
+    inside = ((cell >= 0) & (cell < np.array(model.grid.shape[::-1]) + 3)).all(axis=1)
+    i, j, k = cell[inside].T // BLOCK
+    assured = BLOCK * (counts[k, j, i] - 1.0) * voxel[inside]
+    assert (steps[inside] >= assured * (1.0 - 1e-4)).all() and (assured > 3 * voxel[inside]).any()
+    # Kay and Kajiya 1986: when the ray is in the box, with a margin of one and a half voxels around it
+    low, high = low - 1.5 * model.law.cell, high + 1.5 * model.law.cell
+    with np.errstate(divide="ignore"):
+        bounds = np.sort([(low - x) / v, (high - x) / v], axis=0)
+    enters, leaves = bounds[0].max(axis=1), bounds[1].min(axis=1)
+    misses = ~inside & ((enters > leaves) | (leaves < 0.0))
+    assert (steps[misses] == np.float32(1e30)).all()
+    hits = ~inside & ~misses
+    assert steps[hits] == pytest.approx(np.maximum(enters, voxel)[hits], rel=1e-4)
+    assert misses.sum() > 100 and hits.sum() > 100 and (~long).sum() > 100
 
 
 def test_a_grid_against_float64():

@@ -142,7 +142,7 @@ class Model:
         return {f"u_{parameter.name}": self.values[parameter.name] for parameter in self.parameters}
 
     def textures(self) -> dict[str, np.ndarray]:
-        """Sampler name -> float32, (rows, columns, 4) for texelFetch, or (depth, rows, columns, 1) for a volume."""
+        """Sampler name -> float32, (rows, columns, 4) for texelFetch, or (depth, rows, columns, channels): a volume."""
         return {}
 
     def own_integrator(self) -> str | None:

@@ -15,8 +15,9 @@ import numpy as np
 
 from .base import ParameterError
 from .media import Medium
+from .still_blocks import still_blocks
 
-LARGEST_SIDE = 2048  # what drivers allow for a volume
+LARGEST_SIDE = 2048 - 6  # what drivers allow for a volume, less the voxels beyond the array
 
 
 class Grid(Medium):
@@ -99,7 +100,11 @@ class Grid(Medium):
         return {"u_grid_min": tuple(self.low), "u_grid_cell": tuple(self.cell)}
 
     def textures(self) -> dict[str, np.ndarray]:
-        return {"u_grid": self.density[..., None]}
+        """Densities in rows of four, so that the shader's 64 voxels are 16 texels, and none is beyond the texture."""
+        padded = np.pad(self.density, 3)
+        count = padded.shape[2] - 3
+        rows = np.stack([padded[:, :, first : first + count] for first in range(4)], axis=-1)
+        return {"u_grid": rows, "u_still_blocks": still_blocks(self.density)[..., None]}
 
 
 def b_spline(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

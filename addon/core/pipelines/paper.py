@@ -200,7 +200,7 @@ class PaperPipeline:
         self.sky_textures = {name: self.device.cube(faces) for name, faces in skies.items() if faces is not None}
 
     def _model_texture(self, data: np.ndarray):
-        """(rows, columns, 4) is a table of texels, (depth, rows, columns) a filtered volume."""
+        """(rows, columns, 4) is a table of texels, (depth, rows, columns, channels) a volume."""
         if data.ndim == 4:
             return self.device.volume(data)
         return self.device.texture((data.shape[1], data.shape[0]), data)

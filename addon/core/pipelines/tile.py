@@ -32,7 +32,7 @@ class Stopwatch:
 @dataclass(frozen=True, eq=False)
 class ModelShader:
     """What a model adds to the programs: files of shaders/, flags for their #ifdef, printed functions, and textures,
-    (rows, columns, 4) for texelFetch or (depth, rows, columns, 1) for a filtered volume.
+    (rows, columns, 4) for texelFetch or (depth, rows, columns, channels) for a volume.
     """
 
     files: tuple[str, ...]
