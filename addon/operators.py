@@ -50,7 +50,7 @@ class NONLINEAR_RAYS_OT_cancel(Operator):
 
 
 class NONLINEAR_RAYS_OT_status_legend(Operator):
-    """Show the colours and numbers of the Status pass as an image"""
+    """Show what the colours and numbers of the Status pass mean, as an image"""
 
     bl_idname = "nonlinear_rays.status_legend"
     bl_label = "Status Legend"

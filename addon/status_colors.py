@@ -1,4 +1,4 @@
-"""The Status pass in colours: one for each way in which a ray ends, its legend, and the icons beside the names."""
+"""The Status pass in colours: one for each way in which a ray ends, their legend, and the icons beside the names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
-from .core.status import Status
+from .core.report.lettering import written
+from .core.status import MEANINGS, Status
 
 COLORS = {  # red, green, blue as the screen shows them, told apart by those who see no red or no green (Okabe, Ito)
     Status.RUNNING: (0.45, 0.45, 0.45),
@@ -18,27 +19,21 @@ COLORS = {  # red, green, blue as the screen shows them, told apart by those who
     Status.STEP_TOO_SMALL: (0.94, 0.89, 0.26),
     Status.NOT_FINITE: (0.84, 0.37, 0.00),
 }
-DIGITS = (  # 3 columns and 5 rows of a digit each, from the top left
-    "111101101101111",
-    "010110010010111",
-    "111001111100111",
-    "111001111001111",
-    "101101111001001",
-    "111100111001111",
-    "111100111101111",
-    "111001001001001",
-)
-SWATCH = 64  # pixels a side, of the legend
-DOT = 8  # pixels a side, of a dot of a digit
+SWATCH = 48  # pixels a side, of the legend
+BACKGROUND = 0.15  # grey behind its names, as the screen shows it
 ICON = 32  # pixels a side
 
 _icons = None
 
 
-def linear_colors() -> np.ndarray:
-    """float32, (statuses, 3): what the screen shows as COLORS in an image of numbers, by sRGB's own curve."""
-    shown = np.array([COLORS[status] for status in Status])
+def linear(shown: np.ndarray) -> np.ndarray:
+    """What the screen shows as `shown`, in an image of numbers: sRGB's own curve; float32."""
     return np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def linear_colors() -> np.ndarray:
+    """float32, (statuses, 3)."""
+    return linear(np.array([COLORS[status] for status in Status]))
 
 
 def colored(status: np.ndarray) -> np.ndarray:
@@ -47,20 +42,18 @@ def colored(status: np.ndarray) -> np.ndarray:
 
 
 def legend() -> np.ndarray:
-    """float32, (height, width, 3): a swatch for each status with its number, in the order of the numbers from left to
-    right; row 0 is the bottom.
+    """float32, (height, width, 3): a line for each status, the first on top: its colour, number and meaning, as in the
+    panel; row 0 is the bottom.
     """
-    swatches = []
-    for status, color in zip(Status, linear_colors(), strict=True):
-        swatch = np.empty((SWATCH, SWATCH, 3), np.float32)
-        swatch[:] = color
-        dots = np.array([letter == "1" for letter in DIGITS[status]]).reshape(5, 3)[::-1]
-        digit = dots.repeat(DOT, axis=0).repeat(DOT, axis=1)
-        bottom, left = (SWATCH - digit.shape[0]) // 2, (SWATCH - digit.shape[1]) // 2
-        bright = sum(COLORS[status]) > 1.5
-        swatch[bottom : bottom + digit.shape[0], left : left + digit.shape[1]][digit] = 0.0 if bright else 1.0
-        swatches.append(swatch)
-    return np.concatenate(swatches, axis=1)
+    names = [written(f"  {status:d}  {MEANINGS[status].capitalize()}  ") for status in Status]
+    shown = np.full((SWATCH * len(names), SWATCH + max(name.shape[1] for name in names), 3), BACKGROUND)
+    for index, (status, name) in enumerate(zip(Status, names, strict=True)):
+        line = shown[SWATCH * index : SWATCH * (index + 1)]
+        line[:, :SWATCH] = COLORS[status]
+        top = (SWATCH - name.shape[0]) // 2
+        part = line[top : top + name.shape[0], SWATCH : SWATCH + name.shape[1]]
+        part += name[..., None] / 255.0 * (1.0 - part)
+    return linear(shown[::-1])
 
 
 def icon(status: Status) -> int:

@@ -101,7 +101,7 @@ def test_png_goes_through_the_view_transform_and_leaves_the_settings(image, exte
 
 
 def test_the_legend_has_the_colours_of_the_coloured_status(empty_file, extension):
-    """A swatch for each number, from left to right, that shows the colour and the number itself."""
+    """A line for each number, from the top: a swatch of its colour, and beside it its number and meaning."""
     status = extension("addon.core.status").Status
     frame = extension("addon.core.frame").Frame(
         {
@@ -113,10 +113,11 @@ def test_the_legend_has_the_colours_of_the_coloured_status(empty_file, extension
     assert bpy.ops.nonlinear_rays.status_legend() == {"FINISHED"}
     colored, legend = (bpy.data.images[f"Nonlinear Rays Status {name}"] for name in ("Colours", "Legend"))
     assert colored.colorspace_settings.is_data and legend.colorspace_settings.is_data
-    colors, swatches = read(colored)[0, :, :3], np.split(read(legend)[..., :3], len(status), axis=1)
+    colors, lines = read(colored)[0, :, :3], np.split(read(legend)[::-1, :, :3], len(status))
     assert len(np.unique(colors, axis=0)) == len(status)
-    for color, swatch in zip(colors, swatches, strict=True):
-        assert np.array_equal(swatch[0, 0], color)
-        digit = (swatch != color).any(axis=-1)
-        assert 0.1 < digit.mean() < 0.4
-    assert len({(swatch != color).any(axis=-1).tobytes() for color, swatch in zip(colors, swatches, strict=True)}) == 8
+    height = lines[0].shape[0]
+    for color, line in zip(colors, lines, strict=True):
+        assert (line[:, :height] == color).all()
+        letters = line[:, height:] > line[0, -1]
+        assert 0.01 < letters.mean() < 0.3
+    assert len({line[:, height:].tobytes() for line in lines}) == len(status)
