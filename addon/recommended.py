@@ -26,10 +26,8 @@ class Recommendation(NamedTuple):
     settings: dict[str, object]
 
 
-def of_row(row: dict, nanoseconds: float, pixel: float) -> Recommendation:
-    """row : of the list `recommended` of report.json;  nanoseconds : a ray, as work_precision has it
-    pixel : radians, what the panel's tolerance is in units of
-    """
+def of_row(row: dict, pixel: float) -> Recommendation:
+    """row : of the list `recommended` of report.json;  pixel : radians, what the panel's tolerance is in units of"""
     method = Method(row["pipeline"], row["integrator"], row["step_control"])
     settings = {
         "pipeline": method.pipeline,
@@ -41,20 +39,14 @@ def of_row(row: dict, nanoseconds: float, pixel: float) -> Recommendation:
         settings |= {"use_custom_step": True, "step": row["value"]}
     else:
         settings["tolerance"] = row["value"] / pixel
-    error = row["promised_px"] if row["rendered_px"] is None else row["rendered_px"]
+    error, nanoseconds = row["rendered_px"], row["ns_per_ray"]
     return Recommendation(row["model"], method.label, row["goal_px"], error, nanoseconds, settings)
 
 
 def of_report(index: Path, pixel: float) -> tuple[Recommendation, ...]:
     """index : path of the report's page;  pixel : radians."""
     content = json.loads(index.with_name("report.json").read_text(encoding="utf-8"))
-    times = {_key(row): row["ns_per_ray"] for row in content["work_precision"] if not row["papers_default"]}
-    return tuple(of_row(row, times[_key(row)], pixel) for row in content["recommended"])
-
-
-def _key(row: dict) -> tuple:
-    """What a row's setting is told by."""
-    return row["pipeline"], row["integrator"], row["step_control"], row["value"]
+    return tuple(of_row(row, pixel) for row in content["recommended"])
 
 
 def apply(scene: bpy.types.Scene, recommendation: Recommendation) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +24,9 @@ MOST_STEPS = 5_000
 SMALLEST_STEP = 1e-14  # of |x| / |dx/dτ|: below it x no longer changes
 RAYS_AT_ONCE = 512  # so that the stages stay in the processor's cache
 SAFETY, LARGEST_CUT, LARGEST_GROWTH = 0.9, 0.2, 8.0
+
+# Of some rays: their rows (m,), states before the step and the rates there (m, 6), h (m,), states after it (m, 6).
+OnStep = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,7 @@ def true_ends(
     radius: float | None = None,
     parameters: np.ndarray | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
+    on_step: OnStep | None = None,
 ) -> Truth:
     """positions, unit directions in the chart : (n, 3), model space.
 
@@ -67,6 +72,7 @@ def true_ends(
                  shaders end them if they never are
     parameters : (n,), τ: stop there, if not ended before
     progress   : called with the fraction done; what it raises ends the work
+    on_step    : called with every step of the tighter run that stands
     """
     positions, directions = (np.asarray(rays, np.float64) for rays in (positions, directions))
     states = model.initial_states(positions, directions)
@@ -80,9 +86,10 @@ def true_ends(
     for first in range(0, len(states), RAYS_AT_ONCE):
         progress(first / len(states))
         rows = slice(first, first + RAYS_AT_ONCE)
-        parts.append(_checked(model, states[rows], stops[rows], radius))
+        told = on_step and partial(_with_rows_from, first, on_step)
+        parts.append(_checked(model, states[rows], stops[rows], radius, told))
     if not parts:
-        parts = [_checked(model, states, stops, radius)]
+        parts = [_checked(model, states, stops, radius, None)]
     return Truth(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Truth)))
 
 
@@ -91,8 +98,13 @@ def angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return 2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
 
 
-def _checked(model: Model, states: np.ndarray, stops: np.ndarray, radius: float) -> Truth:
-    tight, loose = (_Run(model, states, stops, radius, tolerance).ends() for tolerance in (TOLERANCE, LOOSER))
+def _with_rows_from(first: int, on_step: OnStep, rows: np.ndarray, *step: np.ndarray) -> None:
+    on_step(first + rows, *step)
+
+
+def _checked(model: Model, states: np.ndarray, stops: np.ndarray, radius: float, on_step: OnStep | None) -> Truth:
+    tight = _Run(model, states, stops, radius, TOLERANCE, on_step).ends()
+    loose = _Run(model, states, stops, radius, LOOSER).ends()
     apart = np.where(tight.status == loose.status, angles(tight.direction, loose.direction), np.inf)
     apart[tight.status == Status.ABSORBED] *= 0.0  # swallowed is swallowed, whichever way
     apart = np.where(np.isnan(apart), np.inf, apart)
@@ -102,8 +114,16 @@ def _checked(model: Model, states: np.ndarray, stops: np.ndarray, radius: float)
 class _Run:
     """One integration of n rays. states : (n, 6);  stops : τ, (n,);  radius : model lengths."""
 
-    def __init__(self, model: Model, states: np.ndarray, stops: np.ndarray, radius: float, tolerance: float):
-        self.model, self.radius, self.tolerance = model, radius, tolerance
+    def __init__(
+        self,
+        model: Model,
+        states: np.ndarray,
+        stops: np.ndarray,
+        radius: float,
+        tolerance: float,
+        on_step: OnStep | None = None,
+    ):
+        self.model, self.radius, self.tolerance, self.on_step = model, radius, tolerance, on_step
         n = len(states)
         self.final = states.copy()
         self.parameter, self.status, self.steps = np.zeros(n), np.zeros(n, np.int32), np.zeros(n, np.int32)
@@ -132,6 +152,8 @@ class _Run:
             scale = self.tolerance * np.maximum(_sizes(states), _sizes(after))
             error = dop853.error(stages, h, scale)
             stands = error <= 1.0  # false for NaN, too
+            if self.on_step is not None:
+                self.on_step(rows[stands], states[stands], rates[stands], h[stands], after[stands])
             status = np.full(len(rows), -1)
             status[~stands & (h * speed < SMALLEST_STEP * np.linalg.norm(states[:, :3], axis=1))] = (
                 Status.STEP_TOO_SMALL

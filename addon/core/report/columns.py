@@ -41,6 +41,7 @@ WORK_COLUMNS = {
 }
 ESTIMATE_COLUMNS = {
     "case": "picture",
+    "integrator": "integrator",
     "tolerance": "tolerance, rad",
     "estimate_exceeded_percent": "rays with truth > estimate, %",
     "estimate_factor_p99": "truth / estimate, 99 %",
@@ -68,6 +69,11 @@ RECOMMENDED_COLUMNS = {
     "value": "step (model lengths) or tolerance (rad)",
     "promised_px": "promised, px",
     "rendered_px": "rendered, px",
+    "sky_px": "of it the sky, px",
+    "objects_px": "objects, px",
+    "hit_distance_p99": "hit points apart, m",
+    "elsewhere_percent": "rays that see something else, %",
+    "ns_per_ray": "time, ns a ray",
 }
 ABLATION_COLUMNS = {
     "what": "with",

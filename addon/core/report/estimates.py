@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from ..settings import TOLERANCES, Settings
+from ..settings import TOLERANCES
 from .errors import ROUNDING
 from .rounding import EPSILON
 
+OWN = ("nystrom_64", "dormand_prince_54")  # the first that a law allows is the product's own method
 WHY = (
     "The Error pass adds up what each step may be wrong by. It is no bound: what a step did wrong is magnified where "
     "the ray is bent after it (the column says by how much the law magnifies, at worst); float32's rounding is not in "
@@ -23,21 +24,23 @@ def of_every_case(rows: Sequence[Mapping], pixels: Mapping[str, float]) -> list[
 
     rows : of work_precision;  pixels : radians by case
     """
-    default = Settings()
-    own = [
-        row
-        for row in rows
-        if (row["pipeline"], row["integrator"], row["step_control"])
-        == (default.pipeline, default.integrator, default.step_control)
-        and not row["papers_default"]
-    ]
     found = []
-    for case in dict.fromkeys(row["case"] for row in own):
-        row = min((row for row in own if row["case"] == case), key=lambda row: _away(row["value"]))
+    for case in dict.fromkeys(row["case"] for row in rows):
+        own = [
+            row
+            for row in rows
+            if row["case"] == case
+            and (row["pipeline"], row["step_control"]) == ("fused", "embedded")
+            and row["integrator"] in OWN
+        ]
+        if not own:
+            continue
+        row = min(own, key=lambda row: (OWN.index(row["integrator"]), _away(row["value"])))
         found.append(
             {
                 "model": row["model"],
                 "case": case,
+                "integrator": row["integrator"],
                 "tolerance": row["value"],
                 "estimate_exceeded_percent": row["estimate_exceeded_percent"],
                 "estimate_factor_p99": row["estimate_factor_p99"],

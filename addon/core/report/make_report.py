@@ -16,8 +16,7 @@ import numpy as np
 from .. import device as gpu
 from ..scene import Scene
 from ..settings import Settings
-from ..trace import render
-from . import ablation, error_map_section, estimates, precision_section, stability, stiff
+from . import ablation, error_map_section, estimates, precision_section, stability, stiff, users_scene
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .columns import ABLATION_COLUMNS, ESTIMATE_COLUMNS, HALF_COLUMNS, RECOMMENDED_COLUMNS, STIFF_COLUMNS
@@ -26,8 +25,8 @@ from .dangers import sentences
 from .methods import LABELS
 from .page import Page
 from .plots import Diagram
-from .recommend import GOALS, recommendation, settings_of
-from .work_precision import FULL, QUICK, Effort, Progress, precision, run_case
+from .recommend import GOALS
+from .work_precision import FULL, QUICK, Effort, Progress, run_case
 
 MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
 
@@ -138,7 +137,7 @@ def _estimates(report: Report, page: Page, cases: Sequence[Case]) -> None:
         return
     page.section("How well the Error pass tracks the truth")
     page.text(estimates.WHY)
-    page.table(report.estimates, ESTIMATE_COLUMNS)
+    page.table(_labelled(report.estimates), ESTIMATE_COLUMNS)
 
 
 def _users(
@@ -150,29 +149,20 @@ def _users(
     effort: Effort,
     progress: Progress,
 ) -> None:
-    """What the scene is near to; whether each recommended setting keeps its promise on other rays of the picture."""
-    positions, directions = case.rays(effort.side + 5)
-    truth = case.truth(positions, directions)
-    for index, goal in enumerate(GOALS):
-        row = recommendation(report.work_precision, goal)
-        if row is None:
-            continue
-        chosen = settings_of(row, effort.most_steps)
-        told = _part(progress, index / len(GOALS), (index + 1) / len(GOALS))
-        frame = render(scene, chosen, progress=lambda done, text, told=told: told(done, "The recommended setting"))
-        found = precision(case, chosen, positions, directions, truth)
-        kept = {key: row[key] for key in ("model", "pipeline", "integrator", "step_control", "value")}
-        kept |= {"goal_px": goal, "promised_px": row["error_p99_px_outside_band"]}
-        kept |= {"rendered_px": found["error_p99_px_outside_band"]}
-        kept |= {f"{stage}_ms": value for stage, value in frame.statistics.milliseconds.items()}
-        report.recommended.append(kept)
+    report.recommended = users_scene.recommended(scene, case, report.work_precision, effort, progress)
     page.section("Dangers")
     page.text(*sentences(case, settings or MAPPED))
     page.section("Recommended, rendered")
     page.text(
-        "Each recommended setting on other rays of the picture, beside what was promised, and the time of each stage "
-        f"of rendering this scene with its objects at {scene.camera.size[0]} x {scene.camera.size[1]}."
+        "Each recommended setting on other rays of the picture, now with the scene's objects: the error that 99 of 100 "
+        "rays stay below (a ray that sees something else than the reference does counts as infinitely wrong), beside "
+        "what was promised of the sky alone; cheaper settings that do not keep below half of the goal here are passed "
+        "over. Then the time of each stage of rendering this scene at "
+        f"{scene.camera.size[0]} x {scene.camera.size[1]}; compiling includes a first draw of a few pixels."
     )
+    for goal in GOALS:
+        if not any(row["goal_px"] == goal for row in report.recommended):
+            page.text(f"No setting tried keeps below {goal:g} pixel in this scene.", advice=True)
     stages = dict.fromkeys(key for row in report.recommended for key in row if key.endswith("_ms"))
     columns = RECOMMENDED_COLUMNS | {key: f"{key.removesuffix('_ms').replace('_', ' ')}, ms" for key in stages}
     page.table(_labelled(report.recommended), columns)

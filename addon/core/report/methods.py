@@ -20,11 +20,13 @@ EULERS_DOUBLING = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4)  # its steps grow as fast
 EMBEDDED = (1000.0, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0)  # tolerances of the ray, in units of the smallest that matters
 SEGMENTS = 20_000  # so that the number of steps alone limits a ray
 LABELS = {
+    "automatic": "Automatic",
     "euler": "Euler",
     "verlet": "Verlet",
     "runge_kutta_4": "RK4",
     "bogacki_shampine_32": "Bogacki–Shampine 3(2)",
     "dormand_prince_54": "Dormand–Prince 5(4)",
+    "nystrom_64": "Nyström 6(4)",
     "rosenbrock_32": "Rosenbrock 3(2)",
 }
 
@@ -68,7 +70,7 @@ METHODS = tuple(
     for pipeline in PIPELINES
     for integrator in INTEGRATORS
     for control in STEP_CONTROLS
-    if control != "embedded" or integrator in WITH_ERROR_ESTIMATE
+    if integrator != "automatic" and (control != "embedded" or integrator in WITH_ERROR_ESTIMATE)
 )
 
 
