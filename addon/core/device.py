@@ -61,7 +61,7 @@ class Device:
                 "Use fewer triangles or smaller images."
             )
         kind = np.float16 if dtype == "f2" else np.float32
-        content = None if data is None else np.ascontiguousarray(data, kind).tobytes()
+        content = None if data is None else np.ascontiguousarray(data, kind)
         texture = self.ctx.texture(size, components, content, dtype=dtype)
         texture.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return texture
@@ -69,7 +69,7 @@ class Device:
     def cube(self, faces: np.ndarray, mipmaps: bool = False):
         """A cube texture, filtered. faces : float32, (6, size, size, 3); mipmaps : for textureLod, a third more."""
         size = faces.shape[1]
-        cube = self.ctx.texture_cube((size, size), 3, np.ascontiguousarray(faces, np.float32).tobytes(), dtype="f4")
+        cube = self.ctx.texture_cube((size, size), 3, np.ascontiguousarray(faces, np.float32), dtype="f4")
         if mipmaps:
             cube.build_mipmaps()
         cube.filter = (self.ctx.LINEAR_MIPMAP_LINEAR if mipmaps else self.ctx.LINEAR, self.ctx.LINEAR)
@@ -78,7 +78,7 @@ class Device:
     def volume(self, data: np.ndarray):
         """A 3D texture for texelFetch. data : float32, (depth, rows, columns, channels)."""
         depth, rows, columns, channels = data.shape
-        content = np.ascontiguousarray(data, np.float32).tobytes()
+        content = np.ascontiguousarray(data, np.float32)
         volume = self.ctx.texture3d((columns, rows, depth), channels, content, dtype="f4")
         volume.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return volume

@@ -13,6 +13,7 @@ import numpy as np
 from . import device as gpu
 from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
+from .memory import TILE, frame_bytes
 from .models import Model
 from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
@@ -24,7 +25,6 @@ from .status import Status
 from .tableaus import TABLEAUS
 from .textures import Packed, pack
 
-TILE = 256  # pixels a side: small enough for short draws, large enough to keep a GPU busy
 RAYS_A_ROW = 256  # trace_rays folds its rays into a picture of this width
 LONGEST_SIDE = 65536
 BRIGHTEST = 65504.0  # radiance that stands for infinity
@@ -90,7 +90,7 @@ def render(
         edges, asked = EdgeFinder(columns, rows), asked | {"surface"}
     with watch.stage("pack"):
         packed = pack_for(scene, settings)
-    check_memory(columns, rows, settings, packed)
+    check_memory(scene, settings, packed)
     request = make_request(scene, settings, packed, camera_uniforms(scene), asked)
     pipeline = make_pipeline(request, (columns, rows), min(TILE, columns), min(TILE, rows), watch)
 
@@ -227,11 +227,9 @@ def check(scene: Scene, settings: Settings) -> None:
         raise SceneError(problem)
 
 
-def check_memory(columns: int, rows: int, settings: Settings, packed: Packed) -> None:
-    picture = 4 * columns * rows * sum(len(PASS_CHANNELS[name]) for name in settings.passes)
-    tile = 16 * 20 * min(TILE, columns) * min(TILE, rows)  # at most 20 textures of 4 floats
-    edges = columns * rows if settings.refines_edges else 0
-    needed = picture + tile + edges + 2 * packed.bytes
+def check_memory(scene: Scene, settings: Settings, packed: Packed) -> None:
+    """Refuse what is too large, before the memory is taken."""
+    needed = frame_bytes(scene, settings, packed)
     if needed > memory_limit_bytes:
         raise SceneError(
             f"The frame needs {needed / 2**20:.0f} MiB, but {memory_limit_bytes / 2**20:.0f} MiB are allowed. "

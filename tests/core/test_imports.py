@@ -18,6 +18,7 @@ FLOORS = (
     "core.frame core.compose",
     "core.device",
     "core.pipelines",
+    "core.memory",
     "core.trace",
     "core.report core.reference",
     "export image",
