@@ -1,11 +1,15 @@
 // "Compute New Stepsize", Section 4.2 and Figure 3: compares n steps of h with 2n steps of h/2.
 // A segment whose two results differ by more than the upper threshold is taken back and tried with half the step,
-// so that a ray which runs into a strong field cannot keep the error of its last long step.
+// so that a ray which runs into a strong field cannot keep the error of its last long step. A segment is also a chord:
+// where the method is better than the chord, the same is done for the chord's sagitta.
 
 float next_step(float h, float error);  // the step size for the next segment
 bool accepted(float error);             // whether this segment stands
 bool absorbed(RayState s);
 float longest_step(RayState s);         // so that no step can jump over what the model has at its centre
+#ifdef CHORDS
+float sagitta_excess(RayState a, RayState b, float tau);  // how far the ray strays from its chord, of what is allowed
+#endif
 
 uniform sampler2D u_x;  // the point before the segment
 uniform sampler2D u_v;
@@ -42,6 +46,14 @@ void main() {
     float error = absorbed(full) && absorbed(half_steps) ? 0.0 : angular_error(start, half_steps, full.x - half_steps.x, full.v - half_steps.v);
     float h = next_step(v.w, error);
     bool stands = accepted(error) && v.w <= 1.001 * longest_in_segment(start);
+#ifdef CHORDS
+    float excess = sagitta_excess(start, half_steps, half_x.w);
+    if (excess > 0.25) h = min(h, v.w);  // twice the way has four times the sagitta
+    if (excess > 1.0) {
+        h = min(h, 0.5 * v.w);
+        stands = false;
+    }
+#endif
     // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
     if (h <= v.w && (!stands && h < u_smallest_step || stalls(start, h))) h = -h;
 

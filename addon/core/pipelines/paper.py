@@ -120,7 +120,10 @@ class PaperPipeline:
             if "rejected" in asked:
                 flags.add("REJECTED")
         if self.settings.step_control == "embedded":
-            flags |= {"EMBEDDED", "CHORDS"} if self.has_objects else {"EMBEDDED"}
+            flags.add("EMBEDDED")
+        # Euler's error is about that of the chord, so that the paper needs no more than step doubling.
+        if self.has_objects and ("EMBEDDED" in flags or (self.doubling and self.settings.integrator != "euler")):
+            flags.add("CHORDS")
         if asked & {"depth", "steps", "error", "drift"}:
             flags.add("TALLY")
         if "drift" in asked:
@@ -131,12 +134,14 @@ class PaperPipeline:
 
         self.setup = self._with_model("passes/ray_setup", "common/ray_start", camera, *observer)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
+        if "CHORDS" in flags:
+            control = (*control, "common/sagitta")
         inside = control if "EMBEDDED" in flags else ()
         # Step doubling writes down the effort in its own pass, after both integrations.
         noted = flags & {"EMBEDDED", "EFFORT", "CHORDS"} if inside else set()
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
-        self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT"})
+        self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT", "CHORDS"})
         from_start = (camera, *observer) if "FROM_START" in flags else ()
         self.terminate = self._with_model("passes/terminate", "common/bounds", *from_start, flags=flags)
         self.cull = Choice("passes/cull")
