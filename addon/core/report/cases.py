@@ -138,4 +138,4 @@ def built_in() -> list[Case]:
     ]
 
 
-QUICK = ("Explosion", "Ball behind a front, 0.05 R", "Yukawa potential")  # left out where time is short
+QUICK = ("Explosion", "Yukawa potential")  # left out where time is short

@@ -51,7 +51,7 @@ class Effort:
 
 
 QUICK = Effort(12, 24, 2, 0.02, 6, 2000, all_methods=False)
-FULL = Effort(24, 48, 5, 0.2, 10, 10_000)
+FULL = Effort(24, 32, 5, 0.2, 10, 10_000)
 
 
 def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]:
