@@ -13,7 +13,7 @@ from .work_precision import GOALS
 
 ERROR, TIME = "error_p99_px_outside_band", "ns_per_ray"
 ABOVE = 10.0  # times the least error: where a curve has not turned yet
-COARSE = 100.0  # pixels: a tenth of the picture
+AGREE = 0.5  # orders that two halvings of a step may differ by; a halving that brings less is at the floor
 CONTROL_LABELS = {"constant": "constant step", "doubling": "step doubling", "embedded": "embedded estimate"}
 PIPELINE_LABELS = {"paper": "paper's pipeline", "fused": "fused pipeline"}
 
@@ -56,16 +56,20 @@ def by_method(rows: Sequence[Mapping]) -> dict[Method, list[Mapping]]:
 
 
 def orders(rows: Sequence[Mapping]) -> dict[str, float]:
-    """Integrator -> its order as measured: how often the median ray's error is halved where a constant step is halved,
-    at the two finest steps whose errors lie between the floor and those of steps that are too coarse for any order.
+    """Integrator -> its order as measured: how often the median ray's error is halved where a constant step is halved.
+    Of the two finest halvings above the method's floor that agree; none where steps are too coarse for any order.
     """
-    floor = min((row["error_median_px"] for row in rows if row["error_median_px"] > 0.0), default=math.nan)
     found: dict[str, float] = {}
     for method, own in by_method(rows).items():
-        errors = [row["error_median_px"] for row in own]
-        pairs = [(a, b) for a, b in pairwise(errors) if a < COARSE and b > ABOVE * floor]
-        if method.step_control == "constant" and pairs:
-            found[method.integrator] = math.log2(pairs[-1][0] / pairs[-1][1])
+        if method.step_control != "constant":
+            continue
+        errors = [row["error_median_px"] for row in own if row["error_median_px"] > 0.0]
+        halvings = [math.log2(a / b) for a, b in pairwise(errors)]
+        floor = min(errors) if halvings and halvings[-1] < AGREE else 0.0
+        above = [order for order, error in zip(halvings, errors[1:], strict=True) if error > ABOVE * floor]
+        agreed = [finer for coarser, finer in pairwise(above) if abs(finer - coarser) < AGREE]
+        if agreed:
+            found[method.integrator] = agreed[-1]
     return found
 
 
