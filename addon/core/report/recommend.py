@@ -27,6 +27,11 @@ def near_the_cheapest(rows: list[dict], goal: float, factor: float) -> list[dict
     return [row for row in good if row["ns_per_ray"] <= factor * least]
 
 
+def cheapest(rows: list[dict], goal: float) -> dict | None:
+    """Of the rows that keep within the goal, pixels."""
+    return min(near_the_cheapest(rows, goal, 1.0), key=lambda row: row["ns_per_ray"], default=None)
+
+
 def recommendation(rows: list[dict], goal: float) -> dict | None:
     """The cheapest of the rows that keep within the goal, pixels; of those whose times are a tie the most precise, for
     errors come again in every report, and an order by time does not.

@@ -9,46 +9,68 @@ from ..scene import Scene
 from ..settings import Settings
 from ..trace import render
 from .cases import Case
-from .clock import WARM_UP
-from .recommend import GOALS, recommendation, settings_of
+from .clock import WARM_UP, Clock, run_in_turns
+from .recommend import CONTENDER, GOALS, cheapest, near_the_cheapest, recommendation, settings_of
 from .rendered import Checked
 from .work_precision import Effort, Progress
 
 AGAIN = 0.5  # of the goal: the 99th percentiles of two samples of a picture differ by up to a factor of two
 TRIES = 8  # settings that are rendered for a goal
 MORE = 8  # rays a side, more than the settings were measured with
+RIVALS = 6  # settings that are timed with the objects, for a goal
+PATIENCE = 0.5  # seconds of the runs of each
+KEPT = ("model", "pipeline", "integrator", "step_control", "value", "steps_per_segment", "ns_per_ray")
+TIMING = "Time, with the scene's objects"
 
 
 def recommended(scene: Scene, case: Case, rows: Sequence[dict], effort: Effort, progress: Progress) -> list[dict]:
-    """A record for every goal that a setting reaches. What was measured without the objects is checked on other rays of
-    the picture with them: where it does not keep what it promised, the next dearer one is tried.
+    """A record for every goal that a setting reaches. rows : as measured without the objects
+
+    What these rows promise is checked on other rays of the picture with the objects; a setting that does not keep it
+    gives way to the next dearer one. That one and its near rivals are timed again with the objects, which cost more
+    where the tolerance is small and rays are cut into many chords.
     """
     checked = Checked(scene, case, effort.side + MORE, lambda part, text: progress(0.6 * part, text))
+    with_objects = replace(case, scene=checked.scene)
     found = []
     for index, goal in enumerate(GOALS):
 
         def told(part: float, text: str, index: int = index) -> None:
             progress(0.6 + 0.4 * (index + part) / len(GOALS), text)
 
-        row = _kept(checked, list(rows), goal, effort, told)
-        if row is not None:
-            chosen = case.seen(settings_of(row, effort.most_steps))
-            found.append(row | stages(scene, chosen, lambda part, text, told=told: told(0.5 + 0.5 * part, text)))
+        kept = _kept(checked, list(rows), goal, effort, cheapest, told)
+        if kept is None:
+            continue
+        rivals = [row for row in rows if row["ns_per_ray"] >= kept[0]["ns_per_ray"]]
+        rivals = sorted(near_the_cheapest(rivals, goal, CONTENDER), key=lambda row: row["ns_per_ray"])[:RIVALS]
+        clocks = [Clock(with_objects, settings_of(row, effort.most_steps), effort.picture) for row in rivals]
+        run_in_turns(clocks, effort.repeats + effort.again, PATIENCE, lambda part: told(0.4 * part, TIMING))
+        timed = [row | clock.figures() for row, clock in zip(rivals, clocks, strict=True)]
+        row, figures = _kept(checked, timed, goal, effort, recommendation, told)
+        record = {key: row[key] for key in KEPT} | {"goal_px": goal, "promised_px": row["error_p99_px_outside_band"]}
+        chosen = case.seen(settings_of(row, effort.most_steps))
+        rendered = stages(scene, chosen, lambda part, text, told=told: told(0.5 + 0.5 * part, text))
+        found.append(record | figures | rendered)
     return found
 
 
-def _kept(checked: Checked, rows: list[dict], goal: float, effort: Effort, progress: Progress) -> dict | None:
-    """The first recommendation that keeps within the goal."""
-    for index in range(TRIES):
-        row = recommendation(rows, goal)
+def _kept(
+    checked: Checked,
+    rows: list[dict],
+    goal: float,
+    effort: Effort,
+    choose: Callable[[list[dict], float], dict | None],
+    progress: Progress,
+) -> tuple[dict, dict] | None:
+    """The first of the rows chosen that keeps within the goal, and its figures."""
+    for _ in range(TRIES):
+        row = choose(rows, goal)
         if row is None:
             return None
-        progress(0.5 * index / TRIES, "What is recommended, with the scene's objects")
+        progress(0.0, "What may be recommended, with the scene's objects")
         figures = checked.figures(settings_of(row, effort.most_steps))
         if figures["rendered_px"] <= AGAIN * goal:
-            kept = ("model", "pipeline", "integrator", "step_control", "value", "steps_per_segment", "ns_per_ray")
-            promised = {"goal_px": goal, "promised_px": row["error_p99_px_outside_band"]}
-            return {key: row[key] for key in kept} | promised | figures
+            return row, figures
         rows = [other for other in rows if other is not row]
     return None
 
