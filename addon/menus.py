@@ -13,11 +13,19 @@ TEXTS = {  # choice -> its label and description
     "falling": ("Falling", "Take the camera's directions in the frame of an observer who falls into the hole"),
     "paper": ("Paper", "The paper's passes: setup, integration, intersection, termination"),
     "fused": ("Fused", "The whole ray in one shader program, with a tree over the objects: much faster, same picture"),
+    "automatic": (
+        "Automatic",
+        "Nyström 6(4) where the force depends on the position alone, Dormand-Prince 5(4) elsewhere",
+    ),
     "euler": ("Euler", "Euler's method, first order, as in the paper"),
     "verlet": ("Verlet", "Velocity Verlet, second order"),
     "runge_kutta_4": ("Runge-Kutta 4", "The classical method of fourth order"),
     "bogacki_shampine_32": ("Bogacki-Shampine 3(2)", "Third order with an error estimate"),
     "dormand_prince_54": ("Dormand-Prince 5(4)", "Fifth order with an error estimate"),
+    "nystrom_64": (
+        "Nyström 6(4)",
+        "Sixth order with an error estimate, half the work of Dormand-Prince; for forces of the position alone",
+    ),
     "rosenbrock_32": (
         "Rosenbrock 3(2)",
         "Third order with an error estimate, for stiff laws such as strong friction; slower for all others",

@@ -101,7 +101,7 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         name="Integrator",
         description="The method that takes a step",
         items=INTEGRATOR_ITEMS,
-        default="dormand_prince_54",
+        default="automatic",
     )
     step_control: EnumProperty(
         name="Step Control",

@@ -87,18 +87,18 @@ class Tableau:
         else:
             lines += ["Step advance(RayState s, float h) {", "    RayState k1 = rhs(s);"]
         for i, row in enumerate(self.a[1:], start=2):
-            x, v = (_combination(row, part) for part in "xv")
-            lines.append(f"    RayState k{i} = rhs(RayState(s.x + h * ({x}), s.v + h * ({v})));")
-        x, v = (_combination(self.b, part) for part in "xv")
-        lines.append(f"    RayState after = RayState(s.x + h * ({x}), s.v + h * ({v}));")
+            x, v = (combination(row, part=part) for part in (".x", ".v"))
+            lines.append(f"    RayState k{i} = rhs(RayState(s.x + ({x}), s.v + ({v})));")
+        x, v = (combination(self.b, part=part) for part in (".x", ".v"))
+        lines.append(f"    RayState after = RayState(s.x + ({x}), s.v + ({v}));")
         if continued:
             lines.append(f"    last = {f'k{self.stages}' if self.first_same_as_last else 'rhs(after)'};")
         if self.embedded is None:
             lines.append("    return Step(after, 0.0);")
         else:
             off = [b - e for b, e in zip(self.b, self.embedded, strict=True)]
-            x, v = (_combination(off, part) for part in "xv")
-            lines.append(f"    return Step(after, angular_error(s, after, h * ({x}), h * ({v})));")
+            x, v = (combination(off, part=part) for part in (".x", ".v"))
+            lines.append(f"    return Step(after, angular_error(s, after, {x}, {v}));")
         return "\n".join([*lines, "}", ""])
 
 
@@ -133,9 +133,10 @@ def density(tree: tuple) -> int:
     return product
 
 
-def _combination(weights, part: str) -> str:
-    terms = [f"{literal(w)} * k{i}.{part}" for i, w in enumerate(weights, start=1) if w]
-    return " + ".join(terms) or "0.0"
+def combination(weights, h: str = "h", part: str = "") -> str:
+    """h sum_i w_i k_i, with the numbers first: a processor that waits for the last k_i has two operations left then."""
+    terms = [f"{literal(w)} * {h} * k{i}{part}" for i, w in enumerate(weights, start=1) if w]
+    return " + ".join(terms) or "vec3(0.0)"
 
 
 def literal(value: Fraction) -> str:

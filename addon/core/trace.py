@@ -15,6 +15,7 @@ from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
 from .memory import TILE, frame_bytes
 from .models import Model
+from .nystrom import NYSTROM_METHODS
 from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
 from .pipelines.tile import IntegratorShader, ModelShader, Request, Stopwatch, TileEnds
@@ -320,7 +321,7 @@ def make_request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
         model=ModelShader(model.shader_files(), model_flags, model.generated(), model.textures()),
-        integrator=integrator_shader(model.own_integrator() or settings.integrator, settings.pipeline == "fused"),
+        integrator=integrator_shader(integrator_for(model, settings), settings.pipeline == "fused"),
         observer=observer,
         packed=packed,
         cube=finite_sky(scene.environment.faces) if "color" in outputs else None,
@@ -343,12 +344,29 @@ def finite_sky(faces: np.ndarray | None) -> np.ndarray | None:
     return None if faces is None else np.nan_to_num(faces, nan=0.0, posinf=BRIGHTEST, neginf=0.0)
 
 
+def integrator_for(model: Model, settings: Settings) -> str:
+    """The integrator that takes the steps. Raises SettingsError where the chosen one cannot."""
+    name = settings.integrator
+    if name == "nystrom_64" and not model.force_of_position():
+        raise SettingsError(
+            f"Integrator 'nystrom_64' needs a force of the position alone, which model '{model.name}' does not "
+            "have. Choose 'automatic' or another one."
+        )
+    if name == "automatic":
+        name = "nystrom_64" if model.force_of_position() else "dormand_prince_54"
+    return model.own_integrator() or name
+
+
 def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
     """Files for the simple methods, printed text for the others. continued : as integrators/continued.glsl has it"""
     if name in ROSENBROCK_METHODS:
         method = ROSENBROCK_METHODS[name]
         printed = ((f"integrators/{name}", method.as_glsl(continued)),)
         return IntegratorShader(("integrators/linearised",), printed, method.embedded_order + 1, ROUNDING)
+    if name in NYSTROM_METHODS:
+        method = NYSTROM_METHODS[name]
+        printed = ((f"integrators/{name}", method.as_glsl(continued)),)
+        return IntegratorShader((), printed, method.embedded_order + 1, step_share=method.step_share)
     tableau = TABLEAUS.get(name)
     if tableau is None:
         return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))

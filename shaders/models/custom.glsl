@@ -14,9 +14,14 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d);
 }
 
+// At x with the velocity of s, for a force that may depend on it.
+vec3 acceleration(vec3 x, RayState s) {
+    float r = length(x);
+    return within_reach(r, u_reach) * typed_force(x, s.v, r);
+}
+
 RayState rhs(RayState s) {
-    float r = length(s.x);
-    return RayState(s.v, within_reach(r, u_reach) * typed_force(s.x, s.v, r));
+    return RayState(s.v, acceleration(s.x, s));
 }
 
 vec3 ray_direction(RayState s) {

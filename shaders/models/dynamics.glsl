@@ -34,8 +34,12 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d);
 }
 
+vec3 acceleration(vec3 x, RayState s) {
+    return u_strength * within_reach(length(x), u_reach) * field(x);
+}
+
 RayState rhs(RayState s) {
-    return RayState(s.v, u_strength * within_reach(length(s.x), u_reach) * field(s.x));
+    return RayState(s.v, acceleration(s.x, s));
 }
 
 vec3 ray_direction(RayState s) {

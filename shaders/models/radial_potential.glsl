@@ -28,14 +28,18 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d);
 }
 
-RayState rhs(RayState s) {
+vec3 acceleration(vec3 x, RayState s) {
     vec3 f = vec3(0.0);
     for (int i = 0; i < u_centre_count; ++i) {
-        vec3 outward = s.x - texel(u_centres, i).xyz;
+        vec3 outward = x - texel(u_centres, i).xyz;
         float r = length(outward);
         if (r > 0.0) f -= xi(r) / r * outward;
     }
-    return RayState(s.v, f);
+    return f;
+}
+
+RayState rhs(RayState s) {
+    return RayState(s.v, acceleration(s.x, s));
 }
 
 vec3 ray_direction(RayState s) {

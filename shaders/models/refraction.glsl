@@ -11,8 +11,12 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, sqrt(max(medium(x).w, 0.0)) * d);
 }
 
+vec3 acceleration(vec3 x, RayState s) {
+    return medium(x).xyz;
+}
+
 RayState rhs(RayState s) {
-    return RayState(s.v, medium(s.x).xyz);
+    return RayState(s.v, acceleration(s.x, s));
 }
 
 vec3 ray_direction(RayState s) {

@@ -11,12 +11,15 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d);
 }
 
-RayState rhs(RayState s) {
+// At x, on the ray that comes through s: h is the same all along it.
+vec3 acceleration(vec3 x, RayState s) {
     vec3 h = cross(s.x, s.v);
-    float r_squared = dot(s.x, s.x);
-    float inverse_r = inversesqrt(r_squared);
-    float inverse_r_squared = inverse_r * inverse_r;
-    return RayState(s.v, (-3.0 * u_mass * dot(h, h) * inverse_r_squared * inverse_r_squared * inverse_r) * s.x);
+    float r_squared = dot(x, x);
+    return -3.0 * u_mass * dot(h, h) / (r_squared * r_squared * sqrt(r_squared)) * x;
+}
+
+RayState rhs(RayState s) {
+    return RayState(s.v, acceleration(s.x, s));
 }
 
 vec3 ray_direction(RayState s) {

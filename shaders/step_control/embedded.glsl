@@ -4,8 +4,9 @@
 //
 //     h' = safety * (tolerance / C')^(1/q),   C' = C^2 / C before
 
-uniform float u_tolerance;     // radians a step
-uniform float u_error_order;   // q
+uniform float u_tolerance;      // radians a step
+uniform float u_error_order;    // q
+uniform float u_inverse_order;  // 1 / q
 
 const float SAFETY = 0.87;
 const float LARGEST_GROWTH = 5.0;
@@ -34,12 +35,12 @@ float rough_exp2(float x) {
 // demand : log2 of C / tolerance at the last step that stood, or first_demand(); of this one behind the call
 float adapted_step(float h, float error, inout float demand) {
     if (!(error < 3.0e38)) return LARGEST_CUT * h;
-    float now = rough_log2(max(error / u_tolerance, 1e-12));
+    float now = rough_log2(max(error, 1e-12 * u_tolerance)) - rough_log2(u_tolerance);
     float exponent = -now;
     if (accepted(error)) {
         float before = demand;
         demand = now - u_error_order * rough_log2(h);
         if (before != NO_DEMAND) exponent -= clamp(demand - before, -LARGEST_CHANGE, LARGEST_CHANGE);
     }
-    return h * clamp(SAFETY * rough_exp2(exponent / u_error_order), LARGEST_CUT, LARGEST_GROWTH);
+    return h * clamp(SAFETY * rough_exp2(exponent * u_inverse_order), LARGEST_CUT, LARGEST_GROWTH);
 }

@@ -124,12 +124,12 @@ def test_defaults_are_in_range():
 @pytest.mark.parametrize(
     ("given", "followed"),
     [
-        ({}, ("dormand_prince_54", "embedded", 5e-5)),
+        ({}, ("automatic", "embedded", 5e-5)),
         ({"integrator": "runge_kutta_4"}, ("runge_kutta_4", "doubling", 5e-5)),
         ({"pipeline": "paper"}, ("euler", "doubling", 1e-3)),
-        ({"pipeline": "paper", "step_control": "embedded"}, ("dormand_prince_54", "embedded", 1e-3)),
+        ({"pipeline": "paper", "step_control": "embedded"}, ("automatic", "embedded", 1e-3)),
         ({"pipeline": "paper", "integrator": "dormand_prince_54"}, ("dormand_prince_54", "doubling", 1e-3)),
-        ({"step_control": "constant", "tolerance": 0.5}, ("dormand_prince_54", "constant", 0.5)),
+        ({"step_control": "constant", "tolerance": 0.5}, ("automatic", "constant", 0.5)),
     ],
 )
 def test_the_rest_follows_the_pipeline(given, followed):

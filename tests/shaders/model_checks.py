@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from addon.core import device as gpu
-from addon.core.pipelines.paper import SMALLEST_TOLERANCE
+from addon.core.pipelines.tile import ROUNDING_OF_A_STEP
 from addon.core.settings import Settings
 from addon.core.trace import trace_rays
 
@@ -97,7 +97,7 @@ def errors(model, positions, directions, settings=HIGH):
     for i, length in enumerate(ends.parameter.astype(float)):
         exact, magnified = exact_end(model, positions[i], directions[i], length)
         found[i] = np.linalg.norm(ends.direction[i] - exact)
-        accepted = max(settings.tolerance, SMALLEST_TOLERANCE * ends.steps[i])
+        accepted = max(settings.tolerance, ROUNDING_OF_A_STEP * ends.steps[i])
         allowed[i] = max(1.0, magnified) * (accepted + EPS * ends.steps[i])
     return ends, found, allowed
 

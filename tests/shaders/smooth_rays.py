@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from addon.core.models import MODELS
+from addon.core.nystrom import NYSTROM_METHODS
 from addon.core.rosenbrock import ROSENBROCK_METHODS
 from addon.core.settings import Settings
 from addon.core.tableaus import TABLEAUS
@@ -211,7 +212,26 @@ def weighted(weights, slopes):
     return sum(float(weight) * slope for weight, slope in zip(weights, slopes, strict=True))
 
 
-STEPS = {"euler": euler_step, "verlet": verlet_step, "rosenbrock_32": rosenbrock_step}
+def nystrom_step(rhs, states, h, integrator):
+    """Its stages have no velocity: they are given one that has the ray's x cross v, all that a force may ask for."""
+    method, slopes = NYSTROM_METHODS[integrator], []
+    x, v = np.split(states, 2, axis=1)
+    momentum = np.cross(x, v)
+    for c, row in zip(method.c, method.a, strict=True):
+        at = x + (float(c) * h * v + h * h * weighted(row, slopes))
+        turning = np.cross(momentum, at) / np.sum(at * at, axis=1, keepdims=True)
+        slopes.append(rhs(np.concatenate([at, turning], axis=1))[:, 3:])
+    return np.concatenate(
+        [x + (h * v + h * h * weighted(method.b, slopes)), v + h * weighted(method.d, slopes)], axis=1
+    )
+
+
+STEPS = {
+    "euler": euler_step,
+    "verlet": verlet_step,
+    "nystrom_64": nystrom_step,
+    "rosenbrock_32": rosenbrock_step,
+}
 
 
 def root_mean_square(difference):

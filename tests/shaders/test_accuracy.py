@@ -56,7 +56,6 @@ def traced(name):
         for accuracy, (tolerance, _) in ACCURACIES.items():
             settings = Settings(
                 pipeline=pipeline,
-                integrator="dormand_prince_54",
                 step_control="embedded",
                 tolerance=tolerance,
                 segments=20_000,

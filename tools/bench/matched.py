@@ -24,7 +24,7 @@ NOISY = 1e-6  # DOP853's tolerance for a refraction whose noise has no high deri
 SMOOTH = 1e-9
 TRIAL_SIZE = (128, 96)
 TRIALS = 2
-INTEGRATORS = ("bogacki_shampine_32", "dormand_prince_54")
+INTEGRATORS = ("bogacki_shampine_32", "dormand_prince_54", "nystrom_64")
 
 
 @dataclass(frozen=True)

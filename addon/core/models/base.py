@@ -93,6 +93,12 @@ class Model:
         """Whether rays that have left the flat radius keep their direction for ever."""
         return True
 
+    def force_of_position(self) -> bool:
+        """Whether dx/dτ is v and dv/dτ depends on x alone, but for what the ray conserves: Nyström's methods need it.
+        The GLSL defines vec3 acceleration(vec3 x, RayState s) then, the force at x on the ray that comes through s.
+        """
+        return False
+
     def last_parameter(self) -> float:
         """τ at which a ray ends that has met nothing until then. If finite, flags() holds TIMED and the GLSL defines
         float time_left(float tau).

@@ -106,6 +106,10 @@ class Custom(Model):
         force = np.stack([formula.numpy(values | self.named) for formula in self._formulas], axis=1)
         return np.concatenate([states[:, 3:], within_reach(values["r"], self.reach)[:, None] * force], axis=1)
 
+    def force_of_position(self) -> bool:
+        used = frozenset().union(*(formula.names for formula in self._formulas))
+        return used.isdisjoint({"vx", "vy", "vz"})
+
     def default_step(self) -> float:
         return 0.05
 

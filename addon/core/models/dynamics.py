@@ -101,6 +101,9 @@ class Dynamics:
     def last_parameter(self) -> float:
         return self.duration if self.flows else math.inf
 
+    def force_of_position(self) -> bool:
+        return not self.flows
+
     def default_step(self) -> float:
         if self.flows:
             return self.flow_step

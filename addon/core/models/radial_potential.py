@@ -138,6 +138,9 @@ class RadialPotential(Model):
         r = self.nearest(states)
         return np.maximum(r - self.R, 0.0) + 0.25 * self.R if self.xi == "cubic" else 0.25 * r
 
+    def force_of_position(self) -> bool:
+        return True
+
     def default_step(self) -> float:
         """A part of the length at which a ray is turned by much."""
         size = {"cubic": self.R, "coulomb": abs(self.k), "yukawa": abs(self.zeta), "expression": 1.0}[self.xi]

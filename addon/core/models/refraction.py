@@ -191,6 +191,9 @@ class Refraction(Model):
     def clear_distances(self, states: np.ndarray) -> np.ndarray:
         return self.law.clear_distances(states[:, :3])
 
+    def force_of_position(self) -> bool:
+        return True
+
     def default_step(self) -> float:
         return self.law.default_step()
 

@@ -38,6 +38,9 @@ class Schwarzschild(Model):
     def absorbed(self, states: np.ndarray) -> np.ndarray:
         return self.distances(states) <= 2.0 * self.mass
 
+    def force_of_position(self) -> bool:
+        return True
+
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..compose import Choice
 from ..device import Device
 from ..status import Status
-from .paper import CLIPPED_HALF, MARKER, SMALLEST_TOLERANCE, STEP_SHARE
+from .paper import CLIPPED_HALF, MARKER
 from .tile import Request, Stopwatch, TileEnds, shading_choice
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
@@ -269,7 +269,7 @@ class FusedPipeline:
         doubling = settings.step_control == "doubling"
         tolerance = settings.tolerance
         if settings.step_control == "embedded":
-            tolerance = max(STEP_SHARE * tolerance, request.integrator.rounding * SMALLEST_TOLERANCE)
+            tolerance = request.integrator.step_tolerance(tolerance)
         values = {
             "u_step": request.first_step,
             "u_smallest_step": request.smallest_step,
@@ -282,6 +282,7 @@ class FusedPipeline:
             "u_tolerance": tolerance,
             "u_chord_tolerance": settings.chord_tolerance or settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
+            "u_inverse_order": 1.0 / max(request.integrator.error_order, 1),
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
             "u_bends_within": request.bends_within,

@@ -29,8 +29,6 @@ LONGEST_DRAW = 0.05  # seconds that one draw may take; display drivers kill draw
 TRIAL_BATCH = 32  # objects drawn to find out how long an object takes
 LARGEST_BATCH = 65536
 ALIVE_CHECK = 8  # segments between two questions whether any ray is still alive
-STEP_SHARE = 0.01  # of the tolerance, for one step: measured, the errors of a ray sum up to a hundred of them (Lorenz)
-SMALLEST_TOLERANCE = 1e-7  # float32's rounding of one step: an estimate below it is noise
 MARKER = (1.0, 0.0, 1.0, 1.0)
 CLIPPED_HALF = 65504.0
 
@@ -284,6 +282,7 @@ class PaperPipeline:
             "u_tolerance": self._tolerance(),
             "u_chord_tolerance": self.settings.chord_tolerance or self.settings.tolerance,
             "u_error_order": float(request.integrator.error_order),
+            "u_inverse_order": 1.0 / max(request.integrator.error_order, 1),
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
             "u_bends_within": request.bends_within,
@@ -299,7 +298,7 @@ class PaperPipeline:
         """Radians that a segment of step doubling, or a single step of an embedded method, may be wrong by."""
         if self.settings.step_control != "embedded":
             return self.settings.tolerance
-        return max(STEP_SHARE * self.settings.tolerance, self.request.integrator.rounding * SMALLEST_TOLERANCE)
+        return self.request.integrator.step_tolerance(self.settings.tolerance)
 
     def _trace(self, report: Callable[[float], None], stopped: Callable[[], bool]) -> bool:
         """Every segment of every ray of the tile; False where stopped() said so."""

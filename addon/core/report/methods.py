@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..models import Model
-from ..pipelines.paper import SMALLEST_TOLERANCE, STEP_SHARE
 from ..settings import INTEGRATORS, PIPELINES, STEP_CONTROLS, WITH_ERROR_ESTIMATE, Settings
 from ..trace import integrator_shader
 
@@ -61,7 +60,8 @@ class Method:
         """
         if self.step_control == "doubling":
             return EULERS_DOUBLING if self.integrator == "euler" else DOUBLING
-        smallest = integrator_shader(self.integrator).rounding * SMALLEST_TOLERANCE / STEP_SHARE
+        integrator = integrator_shader(self.integrator)
+        smallest = integrator.smallest_tolerance() / integrator.step_share
         return tuple(float(f"{factor * smallest:.3g}") for factor in EMBEDDED)
 
 
