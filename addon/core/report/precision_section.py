@@ -11,7 +11,7 @@ from .columns import CHOICE_COLUMNS, WORK_COLUMNS
 from .methods import LABELS, Method
 from .page import Page
 from .plots import Diagram
-from .recommend import GOALS, recommendation, sentence
+from .recommend import GOALS, TIE, recommendation, sentence
 from .work_precision import Effort
 
 Measured = Sequence[tuple[Case, list[dict]]]  # each case with its rows of work_precision
@@ -66,7 +66,7 @@ def _choice(measured: Measured) -> list[str]:
             f"For errors below {goal:g} pixel choose {method.label}, with {what} of {finest:g} {unit}: the cheapest in "
             f"{times} of {len(found)} pictures."
         )
-    return said or ["What to choose for this scene:"]
+    return said or ["What to choose for this scene's sky (for its objects, too: 'Recommended, rendered', below):"]
 
 
 def _chosen(case: Case, rows: list[dict], goal: float) -> dict:
@@ -90,7 +90,8 @@ def _what_is_measured(effort: Effort, pixel: float) -> str:
         "against DOP853 in float64 (tolerance 1e-12, and again with 1e-10: a ray on which the two differ by more than "
         "1e-7 rad counts as unresolved and is left out). It is the angle between the directions in which the two "
         f"leave, in pixels (of {1e3 * pixel:.3g} mrad in the first picture). The time is that of tracing "
-        f"{effort.picture}² pixels: the least of several runs after a warm-up."
+        f"{effort.picture}² pixels: the least of several runs after a warm-up, between which all others have theirs; "
+        f"of settings whose times differ by less than {100.0 * (TIE - 1.0):.0f} %, the most precise is recommended."
     )
 
 
