@@ -22,5 +22,7 @@ def in_strips(work: Callable[[slice], Result], count: int, size: int = STRIP) ->
 
 def on_all_processors(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
     """work(part) for each part; what it returned, in order."""
-    with ThreadPoolExecutor(max(1, min(len(parts), os.cpu_count() or 1))) as pool:
+    if len(parts) < 2:  # a thread takes longer than a small mesh
+        return [work(part) for part in parts]
+    with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
         return list(pool.map(work, parts))

@@ -159,38 +159,34 @@ def place(
     """
     linear, shift = world_from_local[:3, :3], world_from_local[:3, 3]
     # The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
-    a, b, c = linear.T
-    mirrored = float(np.dot(np.cross(a, b), c)) < 0.0
+    columns = linear.T
+    cofactors = np.cross(columns[[1, 2, 0]], columns[[2, 0, 1]]).T
+    mirrored = float(columns[0] @ cofactors[:, 0]) < 0.0
     sign = -1.0 if mirrored else 1.0
-    cofactors = sign * np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     order = [0, 2, 1] if mirrored else [0, 1, 2]
     n = len(mesh.slot)
     positions, normals = np.empty((n, 3, 3)), np.empty((n, 3, 3), np.float32)
     finite, good = np.empty(n, bool), np.empty(n, bool)
 
     def place_strip(rows: slice) -> None:
-        """Vectors are columns here: one product for all."""
+        """Works on (corner, axis, triangle): one product for each corner of all triangles."""
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             corners = mesh.positions[rows].transpose(1, 2, 0).astype(np.float64, order="C")
             # The sides are taken before the shift: far from the origin it would eat their last digits.
-            sides = [linear @ (corners[end] - corners[start]) for start, end in ((0, 1), (0, 2), (1, 2))]
+            sides = linear @ (corners[[1, 2, 2]] - corners[[0, 0, 1]])
             facing = sign * np.cross(sides[0], sides[1], axis=0)
             twice_area = np.sqrt((facing**2).sum(axis=0))
-            longest = np.max([(side**2).sum(axis=0) for side in sides], axis=0)
-            finite[rows] = np.isfinite(longest)
-            for corner, source in enumerate(order):
-                position = linear @ corners[source] + shift[:, None]
-                finite[rows] &= np.isfinite(position).all(axis=0)
-                positions[rows, corner] = position.T
-
-                normal = cofactors @ mesh.normals[rows, source].T
-                length = np.sqrt((normal**2).sum(axis=0))
-                unit = normal / length
-                # A corner normal may be zero or not finite where a neighbouring face is bad: the face's own serves.
-                bad = ~(np.isfinite(length) & (length > 0))
-                unit[:, bad] = facing[:, bad] / twice_area[bad]
-                normals[rows, corner] = unit.T
+            longest = (sides**2).sum(axis=1).max(axis=0)
+            placed = linear @ corners + shift[:, None]
+            finite[rows] = np.isfinite(placed).all(axis=(0, 1)) & np.isfinite(longest)
             good[rows] = finite[rows] & (twice_area > NO_AREA * longest)
+            positions[rows] = placed[order].transpose(2, 0, 1)
+
+            turned = sign * cofactors @ mesh.normals[rows].transpose(1, 2, 0)
+            length = np.sqrt((turned**2).sum(axis=1, keepdims=True))
+            # A corner normal may be zero or not finite where a neighbouring face is bad: the face's own serves.
+            unit = np.where(np.isfinite(length) & (length > 0), turned / length, facing / twice_area)
+            normals[rows] = unit[order].transpose(2, 0, 1)
 
     in_strips(place_strip, n)
     kept = slice(None) if good.all() else good
