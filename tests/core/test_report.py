@@ -16,7 +16,7 @@ from addon.core.report.methods import METHODS, papers_default, too_many_steps
 from addon.core.report.page import Page
 from addon.core.report.plots import HEIGHT, LEFT, RIGHT, WIDTH, Curve, Diagram
 from addon.core.report.recommend import recommendation
-from addon.core.report.work_precision import mark_front
+from addon.core.report.work_precision import FULL, mark_front
 from addon.core.settings import INTEGRATORS, PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from addon.core.status import Status
 from addon.core.trace import RayEnds
@@ -58,6 +58,14 @@ def test_every_method_has_six_settings():
         )
     default = papers_default(1000)
     assert (default.pipeline, default.integrator, default.steps_per_segment) == ("paper", "euler", 10)
+
+
+def test_a_law_is_tried_with_the_methods_that_suit_it():
+    """Nyström's only where the force depends on the position alone; straight rays with nothing but their pipelines."""
+    tried = {name: {each.integrator for each in FULL.methods(MODELS[name]())} for name in MODELS}
+    assert "nystrom_64" in tried["schwarzschild"] and "nystrom_64" not in tried["kerr"]
+    assert tried["kerr"] == {*INTEGRATORS} - {"automatic", "nystrom_64"}
+    assert len(FULL.methods(MODELS["straight"]())) == len(PIPELINES)
 
 
 def test_too_many_steps():

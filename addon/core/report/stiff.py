@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models import MODELS, Model
+from ..nystrom import NYSTROM_METHODS
 from ..reference import angles, true_ends
 from ..settings import WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
@@ -30,7 +31,7 @@ RADIUS = 10.0  # model lengths, where rays leave the wind
 FAR = 1e5  # model lengths: where no flow gets within its duration
 WIND = {"turn": 1.0, "lift": 1.0}  # radians and model lengths a tau
 IMPLICIT = "rosenbrock_32"
-EXPLICIT = tuple(name for name in WITH_ERROR_ESTIMATE if name != IMPLICIT)
+EXPLICIT = tuple(name for name in WITH_ERROR_ESTIMATE if name not in (IMPLICIT, "automatic"))
 NAN = float("nan")
 
 
@@ -58,7 +59,8 @@ def run(quick: bool, progress: Progress = lambda fraction, text: None) -> list[d
     records = []
     for index, case in enumerate(cases):
         progress(index / len(cases), f"{case.title}, {case.value}")
-        rows = [_cheapest(case, integrator, quick) for integrator in WITH_ERROR_ESTIMATE]
+        suiting = [name for name in EXPLICIT if name not in NYSTROM_METHODS or case.model.force_of_position()]
+        rows = [_cheapest(case, integrator, quick) for integrator in (*suiting, IMPLICIT)]
         explicit = min(
             (row["time_min_ms"] for row in rows if row["integrator"] in EXPLICIT and row["reached"]), default=NAN
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models import Model
+from ..nystrom import NYSTROM_METHODS
 from ..reference import Truth, angles, true_ends
 from ..settings import PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
@@ -46,7 +47,8 @@ class Effort:
         return [
             method
             for method in METHODS
-            if self.all_methods or method.step_control == "embedded" or method.integrator not in WITH_ERROR_ESTIMATE
+            if (model.force_of_position() or method.integrator not in NYSTROM_METHODS)
+            and (self.all_methods or method.step_control == "embedded" or method.integrator not in WITH_ERROR_ESTIMATE)
         ]
 
 
