@@ -1,6 +1,7 @@
 """What the page says of given figures: numbers that can be read, what to choose, maps with their colours explained."""
 
 import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -65,6 +66,7 @@ def row(case, error, time, value=1e-4, integrator="dormand_prince_54", **more):
 
 def written(measured):
     page = Page("")
+    precision_section.in_short(page, [(CASES[case], rows) for case, rows in measured.items()])
     drawn = precision_section.write(page, QUICK, [(CASES[case], rows) for case, rows in measured.items()])
     return page.html(), drawn
 
@@ -85,9 +87,12 @@ def test_the_page_says_what_to_choose():
     assert [diagram.title for diagram in drawn] == [STRAIGHT, HOLE, KERR]
 
 
-def test_one_scene_has_its_table_and_a_goal_that_nothing_reaches_is_said():
+def test_a_goal_that_nothing_reaches_is_said():
     html, _ = written({HOLE: [row(HOLE, 0.2, 100.0)]})
-    assert "What to choose for this scene" in html and "none of the settings tried" in html
+    assert "none of the settings tried" in html and "No setting tried keeps below 0.1 pixel." in html
+    assert precision_section.choice(0.1, None) == "No setting tried keeps below 0.1 pixel in this scene."
+    of_scene = row(HOLE, 0.02, 1.0, value=0.25, step_control="constant")
+    assert precision_section.choice(1.0, of_scene).endswith("constant, fused, with a step of 0.25 model lengths.")
 
 
 def test_a_floor_and_orders_are_said():
@@ -118,9 +123,14 @@ def test_a_picture_keeps_its_pixels_and_its_rows():
 
 
 def test_error_maps_stand_side_by_side():
-    true, estimated = (np.full((8, 8, 3), color, np.uint8) for color in ((200, 0, 0), (0, 0, 200)))
+    """In the picture's own proportions, here 2 : 1."""
+    true, estimated = (np.full((4, 8, 3), color, np.uint8) for color in ((200, 0, 0), (0, 0, 200)))
     content = error_map_section.picture(error_map.ErrorMap(true, estimated, {}))
-    size = struct.unpack(">II", content[16:24])
-    assert size == (SCALE * error_map_section.WIDTH, SCALE * error_map_section.HEIGHT)
-    widths = [error_map_section.PANEL + error_map_section.GAP] * 2
-    assert sum(widths) + error_map_section.GAP <= error_map_section.WIDTH
+    columns, rows = struct.unpack(">II", content[16:24])
+    assert columns == SCALE * error_map_section.WIDTH
+    pixels = np.frombuffer(zlib.decompress(content[content.index(b"IDAT") + 4 : -16]), np.uint8)
+    pixels = pixels.reshape(rows, 1 + 3 * columns)[:, 1:].reshape(rows, columns, 3)
+    for side, color in enumerate(((200, 0, 0), (0, 0, 200))):
+        there = (pixels == color).all(axis=2)
+        assert there.any(axis=0).sum() == 2 * there.any(axis=1).sum() == SCALE * error_map_section.PANEL
+        assert there[:, columns // 2 :].any() == (side == 1)

@@ -15,8 +15,8 @@ from .page import Page
 from .work_precision import Progress
 
 SIDE = {True: 32, False: 96}  # quick or not: pixels of the map
-WIDTH, HEIGHT = 900, 500
-PANEL, GAP, TOP = 432, 12, 24  # lengths of the drawing
+PANEL, GAP, TOP, BELOW = 432, 12, 24, 44  # lengths of the drawing; a map is at most PANEL high and wide
+WIDTH = 2 * PANEL + 3 * GAP
 BAR = 12
 MARKED = {
     "absorbed": error_map.ABSORBED,
@@ -31,13 +31,17 @@ def measured(case: Case, settings: Settings, quick: bool, progress: Progress) ->
     edge = error_map.shadows_edge(case)
     if edge:
         parts[f"The shadow's edge, {100.0 * error_map.CLOSE_UP:g} % of the picture across"] = edge
+    camera = case.scene.camera
+    columns, rows = (
+        max(1, round(SIDE[quick] * side / max(camera.width, camera.height))) for side in (camera.width, camera.height)
+    )
     found = []
     for index, (title, part) in enumerate(parts.items()):
 
         def told(done: float, index: int = index) -> None:
             progress((index + done) / len(parts), f"{case.title}: the error map")
 
-        found.append((title, error_map.measure(case, settings, SIDE[quick], SIDE[quick], told, part)))
+        found.append((title, error_map.measure(case, settings, columns, rows, told, part)))
     return found
 
 
@@ -45,9 +49,9 @@ def write(page: Page, case: Case, settings: Settings, maps: Sequence[tuple[str, 
     """maps : of measured().  Returns the pictures as PNG, by name."""
     page.section("Where the error is")
     page.text(
-        f"{case.title}, {LABELS[settings.integrator]}, {settings.step_control}, tolerance {settings.tolerance:g} rad. "
-        "Left: the true error, the angle to the float64 reference. Right: what the integrator itself estimates, which "
-        "is the pass Error of a render."
+        f"{case.title}, {LABELS[settings.integrator]}, {settings.step_control}, tolerance {settings.tolerance:.3g} "
+        "rad. Left: the true error, the angle to the float64 reference. Right: what the integrator itself estimates, "
+        "which is the pass Error of a render."
     )
     pictures = {}
     for title, found in maps:
@@ -62,17 +66,23 @@ def write(page: Page, case: Case, settings: Settings, maps: Sequence[tuple[str, 
         f"estimate is {figures['estimate_over_truth_median']:.2g} times the true error.",
         advice=True,
     )
-    page.table([{"part": title} | found.figures for title, found in maps], MAP_COLUMNS)
+    rows = [
+        {"part": title} | {key: None if value != value else value for key, value in found.figures.items()}
+        for title, found in maps
+    ]
+    page.table(rows, MAP_COLUMNS)
     return pictures
 
 
 def picture(found: ErrorMap) -> bytes:
     """Both maps side by side, with the colours' meaning, as PNG."""
-    canvas = Raster(WIDTH, HEIGHT)
-    left, bottom = GAP, TOP + PANEL
+    rows, columns, _ = found.true.shape
+    width, height = (round(PANEL * side / max(columns, rows)) for side in (columns, rows))
+    canvas = Raster(WIDTH, TOP + height + BELOW)
+    left, bottom = GAP, TOP + height
     for title, pixels in (("True error", found.true), ("The integrator's estimate", found.estimated)):
         canvas.text((left, 17), title)
-        canvas.pixels_at((left, TOP), PANEL, PANEL, pixels)
+        canvas.pixels_at((left, TOP), width, height, pixels)
         left += PANEL + GAP
     canvas.pixels_at((GAP, bottom + 8), PANEL, BAR, error_map.legend(2 * PANEL, 1))
     for label, place in error_map.ticks().items():

@@ -73,15 +73,22 @@ def write(
     )
     report = Report(_environment(versions or {}, command, effort))
     page = Page("Nonlinear Rays: error, time and stability")
-    page.text(*(f"{name}: {value}" for name, value in report.environment.items()))
+    page.text(" · ".join(f"{name}: {value}" for name, value in report.environment.items()))
     if not scene and len(cases) < len(built_in()):
         page.text(f"Left out, for they take long: {', '.join(LEFT_OUT_IF_QUICK)}. make report has them.")
-    diagrams = _work_precision(report, page, cases, effort, _part(progress, 0.0, 0.6))
-    pictures = _error_maps(report, page, cases, quick, settings, _part(progress, 0.6, 0.7))
-    _estimates(report, page, cases)
+    measured = _measured(report, cases, effort, _part(progress, 0.0, 0.6))
     if scene:
-        _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.7, 1.0))
+        _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.6, 0.9))
     else:
+        precision_section.in_short(page, measured)
+    diagrams = {
+        f"work_precision_{_file_name(diagram.title)}": diagram
+        for diagram in precision_section.write(page, effort, measured, objects=bool(scene))
+    }
+    told = _part(progress, 0.9, 1.0) if scene else _part(progress, 0.6, 0.7)
+    pictures = _error_maps(report, page, cases, quick, settings, told)
+    _estimates(report, page, cases)
+    if not scene:
         _ablation(report, page, effort, _part(progress, 0.7, 0.8))
         diagrams |= _stability(report, page, quick, _part(progress, 0.8, 0.95))
         _stiff(report, page, quick, _part(progress, 0.95, 1.0))
@@ -107,16 +114,13 @@ def write(
 # The parts of the page
 
 
-def _work_precision(
-    report: Report, page: Page, cases: Sequence[Case], effort: Effort, progress: Progress
-) -> dict[str, Diagram]:
+def _measured(report: Report, cases: Sequence[Case], effort: Effort, progress: Progress) -> precision_section.Measured:
     measured = []
     for index, case in enumerate(cases):
         told = _part(progress, index / len(cases), (index + 1) / len(cases))
         measured.append((case, run_case(case, effort, told)))
         report.work_precision += measured[-1][1]
-    drawn = precision_section.write(page, effort, measured)
-    return {f"work_precision_{_file_name(diagram.title)}": diagram for diagram in drawn}
+    return measured
 
 
 def _error_maps(
@@ -150,23 +154,25 @@ def _users(
     progress: Progress,
 ) -> None:
     report.recommended = users_scene.recommended(scene, case, report.work_precision, effort, progress)
+    page.section("What to choose for this scene")
+    chosen = {row["goal_px"]: row for row in report.recommended}
+    page.text(*(precision_section.choice(goal, chosen.get(goal)) for goal in GOALS), advice=True)
+    page.text(
+        "Measured on other rays of the picture than those of the diagram, with the scene's objects: the error that 99 "
+        "of 100 rays stay below (a ray that sees something else than the reference does counts as infinitely wrong), "
+        "beside what was promised of the sky alone. Cheaper settings that do not keep below half of the goal here are "
+        "passed over."
+    )
+    page.table(_labelled(report.recommended), RECOMMENDED_COLUMNS)
+    page.text(
+        f"The time of each stage of rendering this scene at {scene.camera.size[0]} x {scene.camera.size[1]}. Compiling "
+        "includes a first draw of a few pixels, and is next to nothing where the setting above has the same program."
+    )
+    stages = dict.fromkeys(key for row in report.recommended for key in row if key.endswith("_ms"))
+    columns = {key: f"{key.removesuffix('_ms').replace('_', ' ')}, ms" for key in stages}
+    page.table(report.recommended, {"goal_px": RECOMMENDED_COLUMNS["goal_px"]} | columns)
     page.section("Dangers")
     page.text(*sentences(case, settings or MAPPED))
-    page.section("Recommended, rendered")
-    page.text(
-        "Each recommended setting on other rays of the picture, now with the scene's objects: the error that 99 of 100 "
-        "rays stay below (a ray that sees something else than the reference does counts as infinitely wrong), beside "
-        "what was promised of the sky alone; cheaper settings that do not keep below half of the goal here are passed "
-        "over. Then the time of each stage of rendering this scene at "
-        f"{scene.camera.size[0]} x {scene.camera.size[1]}; compiling includes a first draw of a few pixels, "
-        "and is next to nothing where the setting above has the same program."
-    )
-    for goal in GOALS:
-        if not any(row["goal_px"] == goal for row in report.recommended):
-            page.text(f"No setting tried keeps below {goal:g} pixel in this scene.", advice=True)
-    stages = dict.fromkeys(key for row in report.recommended for key in row if key.endswith("_ms"))
-    columns = RECOMMENDED_COLUMNS | {key: f"{key.removesuffix('_ms').replace('_', ' ')}, ms" for key in stages}
-    page.table(_labelled(report.recommended), columns)
 
 
 def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) -> None:

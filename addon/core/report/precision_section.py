@@ -29,11 +29,23 @@ HOW_TO_READ = (
 )
 
 
-def write(page: Page, effort: Effort, measured: Measured) -> list[Diagram]:
-    """Returns the diagrams, one a case."""
+def in_short(page: Page, measured: Measured) -> None:
+    """What to choose in general."""
     page.section("In short")
-    page.text(*_choice(measured), advice=True)
+    page.text(*_most_often(measured), advice=True)
     page.table([_chosen(case, rows, goal) for case, rows in measured for goal in GOALS], CHOICE_COLUMNS)
+
+
+def choice(goal: float, row: Mapping | None) -> str:
+    """What to choose for a user's scene. row : as users_scene.recommended() gives it, of this goal"""
+    if row is None:
+        return f"No setting tried keeps below {goal:g} pixel in this scene."
+    what, unit = _step_or_tolerance(row)
+    return f"For errors below {goal:g} pixel choose {_method(row).label}, with {what} of {row['value']:g} {unit}."
+
+
+def write(page: Page, effort: Effort, measured: Measured, *, objects: bool = False) -> list[Diagram]:
+    """Returns the diagrams, one a case. objects : there are some, which these figures leave out"""
     page.section("Work and precision")
     page.text(_what_is_measured(effort, measured[0][0].pixel))
     page.text(*HOW_TO_READ)
@@ -41,7 +53,8 @@ def write(page: Page, effort: Effort, measured: Measured) -> list[Diagram]:
     for case, rows in measured:
         diagram = precision_diagram.diagram(case.title, rows)
         page.heading(case.title)
-        page.text(*(sentence(rows, goal) for goal in GOALS), advice=True)
+        cheapest = [sentence(rows, goal) for goal in GOALS]
+        page.text(*["Of the sky alone, without the scene's objects:"] * objects, *cheapest, advice=not objects)
         page.text(*_notes(rows))
         page.raw(diagram.as_svg())
         readable = [row | {"integrator": LABELS[row["integrator"]]} for row in rows]
@@ -50,23 +63,23 @@ def write(page: Page, effort: Effort, measured: Measured) -> list[Diagram]:
     return drawn
 
 
-def _choice(measured: Measured) -> list[str]:
-    """What to choose in general: what is recommended most often, and the tightest tolerance with which it is."""
+def _most_often(measured: Measured) -> list[str]:
+    """What is recommended most often, with the finest of its steps or tolerances."""
     said = []
     for goal in GOALS:
         found = [recommendation(rows, goal) for case, rows in measured if case.model.curved]
         found = [row for row in found if row]
-        if len(found) < 2:  # one scene: the table says it
+        if not found:
+            said.append(f"No setting tried keeps below {goal:g} pixel.")
             continue
         (method, times), *_ = Counter(_method(row) for row in found).most_common(1)
-        finest = min(row["value"] for row in found if _method(row) == method)
-        what = "a step" if method.step_control == "constant" else "a tolerance"
-        unit = "model lengths" if method.step_control == "constant" else "radians"
+        finest = min((row for row in found if _method(row) == method), key=lambda row: row["value"])
+        what, unit = _step_or_tolerance(finest)
         said.append(
-            f"For errors below {goal:g} pixel choose {method.label}, with {what} of {finest:g} {unit}: the cheapest in "
-            f"{times} of {len(found)} pictures."
+            f"For errors below {goal:g} pixel choose {method.label}, with {what} of {finest['value']:g} {unit}: the "
+            f"cheapest in {times} of {len(found)} pictures."
         )
-    return said or ["What to choose for this scene's sky (for its objects, too: 'Recommended, rendered', below):"]
+    return said
 
 
 def _chosen(case: Case, rows: list[dict], goal: float) -> dict:
@@ -97,7 +110,7 @@ def _what_is_measured(effort: Effort, pixel: float) -> str:
 
 def _notes(rows: Sequence[Mapping]) -> list[str]:
     first = rows[0]
-    notes = [f"{first['unresolved']} of {first['rays']} rays have no converged reference."]
+    notes = [f"The reference has converged for {first['rays'] - first['unresolved']} of {first['rays']} rays."]
     if first["rounding_px"] > 0.0:
         notes.append(f"float32's floor: {first['rounding_px']:.2g} pixel.")
     if first["bounding_sphere_px"] > 0.1 * first["rounding_px"]:
@@ -111,6 +124,10 @@ def _notes(rows: Sequence[Mapping]) -> list[str]:
             f"Order measured where a constant step is halved, between coarse steps and the floor: {', '.join(orders)}."
         )
     return notes
+
+
+def _step_or_tolerance(row: Mapping) -> tuple[str, str]:
+    return ("a step", "model lengths") if row["step_control"] == "constant" else ("a tolerance", "radians")
 
 
 def _method(row: Mapping) -> Method:
