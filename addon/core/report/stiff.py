@@ -25,7 +25,7 @@ from .work_precision import Progress
 GOAL = 1e-4  # radians, of the 99th percentile; at rest: of the way
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)  # radians; the loosest that meets the goal counts
 RAYS = 256
-MOST_STEPS = {True: 5000, False: 40_000}  # quick or not
+MOST_STEPS = {True: 8000, False: 40_000}  # quick or not
 REPEATS = {True: 3, False: 7}
 RADIUS = 10.0  # model lengths, where rays leave the wind
 FAR = 1e5  # model lengths: where no flow gets within its duration
