@@ -1,12 +1,12 @@
 """What the tests of the models share: their right-hand side on the GPU, and rays against DOP853 in float64."""
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from addon.core import device as gpu
 from addon.core.pipelines.tile import ROUNDING_OF_A_STEP
 from addon.core.settings import Settings
 from addon.core.trace import trace_rays
+from tests.shaders.truth import integrate
 
 EPS = 2.0**-24  # half an ulp of float32, relative
 HIGH = Settings(integrator="dormand_prince_54", step_control="embedded", tolerance=1e-6)
@@ -50,19 +50,6 @@ def parallel_rays(b, start=20.0):
     turn = 2.399963 * np.arange(len(b))
     x = np.stack([np.full(len(b), -start), b * np.cos(turn), b * np.sin(turn)], axis=1)
     return x.astype(np.float32), np.tile(np.float32((1.0, 0.0, 0.0)), (len(b), 1))
-
-
-def integrate(model, states, length):
-    """(n, 6) after tau = length: DOP853 in float64 on the model's own right-hand side, all states in one run."""
-    solved = solve_ivp(
-        lambda tau, flat: model.rhs(flat.reshape(-1, 6)).ravel(),
-        (0.0, length),
-        states.ravel(),
-        "DOP853",
-        rtol=1e-12,
-        atol=1e-13,
-    )
-    return solved.y[:, -1].reshape(-1, 6)
 
 
 def exact_end(model, position, direction, length, change=1e-6):

@@ -16,7 +16,7 @@ from addon.core.rosenbrock import ROSENBROCK_METHODS
 from addon.core.settings import Settings
 from addon.core.tableaus import TABLEAUS
 from addon.core.trace import trace_rays
-from tests.shaders.model_checks import integrate
+from tests.shaders.truth import integrate
 
 PIPELINES = ("paper", "fused")
 RAYS = 8

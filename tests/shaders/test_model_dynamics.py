@@ -16,12 +16,12 @@ from tests.shaders.model_checks import (
     all_finite,
     derivatives,
     errors,
-    integrate,
     on_gpu,
     parallel_rays,
     programs,
     states,
 )
+from tests.shaders.truth import integrate
 
 SYSTEMS = ("lorenz", "roessler")
 LORENZ_AT_1 = (-9.378570010925, -8.357033788427, 29.362325337363)  # physics.md, from (1, 1, 1)

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from addon.core.models import MODELS
+from addon.core.report.stability import kerr_outline
 from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import trace_rays
@@ -265,7 +266,7 @@ def view(inclination, angles):
     return CAMERA * place, -place, np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * up
 
 
-def outline(inside, rows, low, high, rounds=4, rungs=16):
+def edge(inside, rows, low, high, rounds=4, rungs=16):
     """Radii, radians, at which `inside(rows of angle tangents)` ends, for each row; by repeated division."""
     low, high = np.full(rows, low), np.full(rows, high)
     for _ in range(rounds):
@@ -325,12 +326,12 @@ def test_shadow_outline(spin):
             result[of] = captured(spin, -around / energy, carter / energy**2)
         return result.reshape(ladder.shape)
 
-    found = outline(seen, rows, 0.0, 8.0 / CAMERA, 4) / PIXEL
-    exact = outline(true, rows, 0.0, 8.0 / CAMERA, 4) / PIXEL
+    found = edge(seen, rows, 0.0, 8.0 / CAMERA, 4) / PIXEL
+    exact = edge(true, rows, 0.0, 8.0 / CAMERA, 4) / PIXEL
     error = np.abs(found - exact).reshape(len(views), 32).max(axis=1)
     off_infinity = []
     for inclination, row in zip(inclinations, found.reshape(len(views), 32), strict=True):
-        bardeen = bardeen_radius(spin, inclination, angles)
+        bardeen = kerr_outline.outline(spin, inclination, angles)
         off_infinity.append(np.abs(row * PIXEL * CAMERA - bardeen).max() / (PIXEL * CAMERA))
     print(f"a = {spin}: off by {np.round(error, 3)} pixels, from Bardeen's at infinity {np.round(off_infinity, 3)}")
     assert error.max() <= 0.5
@@ -347,39 +348,6 @@ def constants_on_axis(model, states):
     k = r * r * np.sum(p * p, axis=1) - np.sum(x * p, axis=1) ** 2 + a * a * (p[:, 0] ** 2 + p[:, 1] ** 2)
     k += -2 * a * energy * around + (a * energy) ** 2 * sine_squared
     return np.stack([energy, around, k - (around - a * energy) ** 2], axis=1)
-
-
-def bardeen_radius(a, inclination, angles):
-    """M: the critical curve in the celestial coordinates alpha = -xi / sin i (to the right),
-    beta = sqrt(eta + a^2 cos^2 i - xi^2 cot^2 i), as a radius at given angles; on the axis
-    a circle of radius sqrt(eta + a^2) with xi = 0.
-    """
-    if a == 0.0:
-        return np.full(len(angles), truth.CRITICAL)
-    prograde, retrograde = (2 * (1 + np.cos(2 / 3 * np.arccos(sign * a))) for sign in (-1, 1))
-    r = np.linspace(max(prograde, 1 + 1e-7), retrograde, 400001)
-    delta = r * r - 2 * r + a * a
-    xi = ((r * r - a * a) - r * delta) / (a * (r - 1))
-    eta = r**3 * (4 * delta - r * (r - 1) ** 2) / (a * a * (r - 1) ** 2)
-    if inclination < 1e-9:
-        at = np.argmin(np.abs(xi))
-        return np.full(len(angles), np.sqrt(eta[at] + a * a))
-    alpha = -xi / np.sin(inclination)
-    beta = np.sqrt(np.maximum(eta + (a * np.cos(inclination)) ** 2 - (xi / np.tan(inclination)) ** 2, 0))
-    keep = (eta + (a * np.cos(inclination)) ** 2 - (xi / np.tan(inclination)) ** 2 >= 0) & (eta >= -1e-9)
-    alpha, beta = alpha[keep], beta[keep]
-    if a > 0.999 and keep[0]:  # the straight side of the extremal outline: xi = 2, eta from 0 to 3
-        alpha, beta = np.append(alpha[0], alpha), np.append(0.0, beta)
-    phase = np.arctan2(beta, alpha)
-    order = np.argsort(phase)
-    folded = np.abs(np.mod(angles + np.pi, 2 * np.pi) - np.pi)
-    # Between neighbours on the curve the straight line, in polar coordinates around the origin.
-    right = np.clip(np.searchsorted(phase[order], folded), 1, len(order) - 1)
-    p, q = order[right - 1], order[right]
-    direction = np.cos(folded), np.sin(folded)
-    cross = alpha[p] * beta[q] - alpha[q] * beta[p]
-    bottom = direction[0] * (beta[q] - beta[p]) - direction[1] * (alpha[q] - alpha[p])
-    return cross / bottom
 
 
 def test_the_side_that_comes_towards_the_camera_is_the_flat_one():

@@ -18,12 +18,12 @@ from tests.shaders.model_checks import (
     derivatives,
     errors,
     exact_end,
-    integrate,
     on_gpu,
     parallel_rays,
     programs,
     states,
 )
+from tests.shaders.truth import integrate
 
 TWO = ((0.0, 3.0, 0.5), (1.0, -3.0, -0.25))
 KINDS = [

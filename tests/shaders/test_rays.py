@@ -43,7 +43,7 @@ def deflection(b, settings):
 def test_the_closed_form_is_the_one_of_physics_md(b, expected):
     """And DOP853 agrees with it: from 1e4 M what is missing is below 1e-8."""
     assert truth.darwin(b) == pytest.approx(expected, abs=1e-13)
-    end = truth.integrate(scenes.HOLE, [-1e4, b, 0], [1, 0, 0], 2e4)
+    end = truth.integrate(scenes.HOLE, [[-1e4, b, 0, 1, 0, 0]], 2e4)[0]
     assert angle(end[None, 3:])[0] == pytest.approx(expected, abs=2e-8)
 
 
@@ -105,7 +105,8 @@ def test_whole_orbits_agree_with_float64():
     errors = []
     for i in range(len(x)):
         unit = v[i].astype(float) / np.linalg.norm(v[i].astype(float))
-        exact = [truth.integrate(scenes.HOLE, x[i], unit, ends.parameter[i])[3:] for ends in (coarse, fine)]
+        start = np.concatenate([x[i], unit])[None]
+        exact = [truth.integrate(scenes.HOLE, start, ends.parameter[i])[0, 3:] for ends in (coarse, fine)]
         exact = [direction / np.linalg.norm(direction) for direction in exact]
         wrong = [ends.direction[i] - d for ends, d in zip((coarse, fine), exact, strict=True)]
         errors.append([np.linalg.norm(wrong[0]), np.linalg.norm(wrong[1]), np.linalg.norm(2 * wrong[1] - wrong[0])])

@@ -26,13 +26,23 @@ def shadow_angle(r, observer):
     return float(np.arcsin(np.sqrt(sine_squared)))
 
 
-def integrate(model, position, direction, length):
-    """State (6,) after tau = length: DOP853 in float64 on the model's own float64 right-hand side."""
-    start = np.concatenate([position, direction]).astype(np.float64)
+def path(model, states, length, **options):
+    """(n, 6) -> (steps + 1, n, 6), on the way to tau = length: DOP853 in float64 on the model's own right-hand side,
+    all states as one system.  options : those of solve_ivp
+    """
     solved = solve_ivp(
-        lambda tau, state: model.rhs(state[None])[0], (0, length), start, "DOP853", rtol=1e-12, atol=1e-13
+        lambda tau, flat: model.rhs(flat.reshape(-1, 6)).ravel(),
+        (0.0, length),
+        np.asarray(states, np.float64).ravel(),
+        "DOP853",
+        **{"rtol": 1e-12, "atol": 1e-13} | options,
     )
-    return solved.y[:, -1]
+    return solved.y.T.reshape(len(solved.t), -1, 6)
+
+
+def integrate(model, states, length):
+    """(n, 6) after tau = length."""
+    return path(model, states, length)[-1]
 
 
 def camera_rays(camera):

@@ -12,9 +12,11 @@ import numpy as np
 
 
 def outline(a: float, inclination: float, phase: np.ndarray) -> np.ndarray:
-    """a : in (0, 1];  inclination : of the camera, from the axis
+    """a : in [0, 1];  inclination : of the camera, from the axis
     phase : (n,), angles in the picture, from its right -> radii, (n,), M
     """
+    if a == 0.0:
+        return np.full(len(phase), np.sqrt(27.0))
     prograde, retrograde = (2.0 * (1.0 + np.cos(2.0 / 3.0 * np.arccos(sign * a))) for sign in (-1, 1))
     r = np.linspace(max(prograde, 1.0 + 1e-7), retrograde, 400_001)
     delta = r * r - 2.0 * r + a * a
