@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ..settings import TOLERANCES
 from .errors import ROUNDING
-from .rounding import EPSILON
+from .rounding import TYPICAL
 
 OWN = ("nystrom_64", "dormand_prince_54")  # the first that a law allows is the product's own method
 WHY = (
@@ -44,7 +44,7 @@ def of_every_case(rows: Sequence[Mapping], pixels: Mapping[str, float]) -> list[
                 "tolerance": row["value"],
                 "estimate_exceeded_percent": row["estimate_exceeded_percent"],
                 "estimate_factor_p99": row["estimate_factor_p99"],
-                "magnification_p99": row["rounding_px"] * pixels[case] / EPSILON,
+                "magnification_p99": row["rounding_px"] * pixels[case] / TYPICAL,
             }
         )
     return found

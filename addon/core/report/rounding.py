@@ -14,7 +14,7 @@ from ..reference import Truth, angles, true_ends
 from .cases import SEED, Case
 from .errors import near_critical
 
-EPSILON = 2.0**-24  # of a number: the most that rounding to float32 changes it
+TYPICAL = 0.425 * 2.0**-24  # of a number: what rounding to float32 changes it by, RMS over all mantissas
 NEAR = 1e-3  # of a number: some ten thousand float32 numbers are as near
 RAYS = 144  # about as many are rounded
 
