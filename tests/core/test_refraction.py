@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -162,6 +162,7 @@ def test_noise_is_spread_and_differs_by_seed():
     assert abs(np.corrcoef(values, corner_values(cells + np.array([1, 0, 0]), 0))[0, 1]) < 4 / math.sqrt(8000)
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-1e4, 1e4), min_size=3, max_size=3), st.integers(0, 10**6), st.integers(0, 2))
 def test_noise_is_bounded_and_smooth(place, seed, axis):
     """|noise| <= 1, and its slope within what the shader's longest_step() counts on (NOISE_SLOPE)."""
