@@ -86,12 +86,8 @@ def test_the_button_recommends_and_the_recommendation_is_what_was_measured(scene
         }
         assert settings.tolerance == pytest.approx(row["value"], rel=1e-6)  # a float32 in Blender
         assert found[index].error < row["goal_px"]
-        (measured,) = (
-            each
-            for each in content["work_precision"]
-            if each["value"] == row["value"] and each["pipeline"] == row["pipeline"] and not each["papers_default"]
-        )
-        assert found[index].nanoseconds == measured["ns_per_ray"]
+        assert found[index].nanoseconds == row["ns_per_ray"] > 0.0
+        assert any(each["value"] == row["value"] and not each["papers_default"] for each in content["work_precision"])
 
 
 def test_a_recommended_step_is_set(scene, extension):
