@@ -228,6 +228,7 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         description="Where the report is written; // is beside the .blend file",
         default="//nonlinear_rays_report",
         subtype="DIR_PATH",
+        options={"OUTPUT_PATH"},  # or the field is red until the folder is there
     )
     report_quick: BoolProperty(
         name="Quick",

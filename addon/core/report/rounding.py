@@ -16,29 +16,26 @@ from .errors import near_critical
 
 TYPICAL = 0.425 * 2.0**-24  # of a number: what rounding to float32 changes it by, RMS over all mantissas
 NEAR = 1e-3  # of a number: some ten thousand float32 numbers are as near
-RAYS = 144  # about as many are rounded
 
 
 def reference_and_floor(
     case: Case, positions: np.ndarray, directions: np.ndarray, progress: Callable[[float], None]
 ) -> tuple[Truth, float]:
-    """The truth of all rays, (n, 3) each, and by how many pixels (99th percentile, without the near-critical band) the
-    ends of some move when their first positions and directions move by a rounding. Both in one run, which costs little
-    more than one of them.
+    """The truth of rays in the chart, (n, 3) each, and by how many pixels (99th percentile, without the near-critical
+    band) their ends move when their first positions and directions move by a rounding. Both in one run.
     """
     n = len(positions)
-    some = slice(None, None, -(-n // RAYS))
     generator = np.random.default_rng(SEED)
-    rounded = [_rounded(rays[some], generator) for rays in (positions, directions)]
-    rounded[1][:] /= np.linalg.norm(rounded[1], axis=1, keepdims=True)
+    rounded = [_rounded(rays, generator) for rays in (positions, directions)]
+    rounded[1] /= np.linalg.norm(rounded[1], axis=1, keepdims=True)
     rays = (np.concatenate(pair) for pair in zip((positions, directions), rounded, strict=True))
     ends = true_ends(case.model, *rays, progress=progress)
     truth, moved = ends[:n], ends[n:]
-    same = truth.converged[some] & moved.converged & (truth.status[some] == moved.status)
-    same &= ~near_critical(case.model, positions[some], directions[some])
+    same = truth.converged & moved.converged & (truth.status == moved.status)
+    same &= ~near_critical(case.model, positions, directions)
     if not same.any():
         return truth, float("nan")
-    apart = angles(moved.direction[same], truth.direction[some][same])
+    apart = angles(moved.direction[same], truth.direction[same])
     return truth, float(np.percentile(apart, 99)) / case.pixel
 
 
