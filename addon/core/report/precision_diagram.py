@@ -75,7 +75,8 @@ def orders(rows: Sequence[Mapping]) -> dict[str, float]:
 
 def _legend(rows: Sequence[Mapping]) -> list[Curve]:
     """Colours, lines and markers apart: methods are many."""
-    used = {key: {row[key] for row in rows} for key in ("integrator", "step_control", "pipeline")}
+    drawn = [row for row in rows if not row["papers_default"]]
+    used = {key: {row[key] for row in drawn} for key in ("integrator", "step_control", "pipeline")}
     return [
         *(
             Curve(label, color=index)
