@@ -11,7 +11,7 @@ uniform float u_inverse_order;  // 1 / q
 const float SAFETY = 0.87;
 const float LARGEST_GROWTH = 5.0;
 const float LARGEST_CUT = 0.2;
-const float LARGEST_CHANGE = 8.0;  // log2: estimates that jump are the rounding's, or a front's
+const float LARGEST_CHANGE = 4.0;  // log2: estimates that jump are the rounding's, or a front's
 const float NO_DEMAND = 1.0e30;
 
 bool accepted(float error) {
