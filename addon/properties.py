@@ -228,7 +228,7 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
         description="Where the report is written; // is beside the .blend file",
         default="//nonlinear_rays_report",
         subtype="DIR_PATH",
-        options={"OUTPUT_PATH"},  # or the field is red until the folder is there
+        options={"OUTPUT_PATH", "PATH_SUPPORTS_BLEND_RELATIVE"},  # or the field is red: the folder is not there yet
     )
     report_quick: BoolProperty(
         name="Quick",

@@ -9,7 +9,7 @@ import pytest
 from addon.core.report import precision_diagram
 from addon.core.report.canvas import SCALE, Raster, Svg
 from addon.core.report.lettering import written
-from addon.core.report.plots import HEIGHT, WIDTH, Curve, Diagram
+from addon.core.report.plots import HEIGHT, LEFT, RIGHT, WIDTH, Curve, Diagram
 
 
 def ink(raster):
@@ -83,6 +83,14 @@ def test_png_and_svg_have_their_points_at_the_same_places():
         pixel = raster.pixels[int(SCALE * float(y)), int(SCALE * float(x))]
         assert np.abs(255.0 * pixel - (0x3B, 0x6F, 0xB6)).max() < 1.0
     assert diagram.as_png().startswith(b"\x89PNG") and Diagram("a", "x", "y", []).as_png().startswith(b"\x89PNG")
+
+
+def test_verticals_are_within_the_axes_and_their_texts_beside_them():
+    diagram = Diagram("a", "error", "time", [Curve("b", [(1e-2, 1e1)])], verticals=[(1e-5, "floor"), (1.0, "goal")])
+    texts = {}
+    for x, anchor, text in re.findall(r'<text x="([0-9.]+)" y="[0-9.]+" text-anchor="(\w+)">(\w+)<', diagram.as_svg()):
+        texts[text] = float(x), anchor
+    assert texts["floor"] == (LEFT + 3, "start") and texts["goal"] == (WIDTH - RIGHT - 3, "end")
 
 
 def test_text_in_svg_is_escaped():

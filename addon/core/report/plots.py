@@ -13,6 +13,7 @@ from .canvas import Canvas, Point, Raster, Svg
 WIDTH, HEIGHT = 900, 520
 LEFT, RIGHT, TOP, BOTTOM = 70, 270, 40, 50  # margins; the right one holds the legend
 LEGEND_LINE = 18
+LABEL = 100  # at least as wide as a vertical's text
 GRID, FRONT, LINE = "#e4e4e4", "#bbbbbb", "#555555"
 COLORS = ("#3b6fb6", "#d1495b", "#2e8b57", "#8a5fbf", "#c98a1b", "#17a2b8", "#b5651d", "#444444")
 NEUTRAL = len(COLORS) - 1
@@ -40,7 +41,7 @@ class Curve:
 @dataclass(frozen=True)
 class Diagram:
     """across, up : what the axes are, with units
-    front : points joined by a broad line;  marks : (x, y, text);  verticals : (x, text)
+    front : points joined by a broad line;  marks : (x, y, text);  verticals : (x, text), x positive
     legend : curves without points that explain the looks; where there are none, the legend has a line for every curve
     """
 
@@ -74,7 +75,7 @@ class Diagram:
 
     def _draw(self, canvas: Canvas) -> None:
         points = self._points()
-        x_axis = _Axis((x for x, _ in points), LEFT, WIDTH - RIGHT)
+        x_axis = _Axis((x for x, _ in [*points, *self.verticals]), LEFT, WIDTH - RIGHT)
         y_axis = _Axis((y for _, y in points), HEIGHT - BOTTOM, TOP)
         canvas.text((LEFT, 22), self.title)
         canvas.text(((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 10), self.across, "middle")
@@ -102,11 +103,11 @@ class Diagram:
             y = y_axis(10.0**power)
             canvas.line([(LEFT, y), (WIDTH - RIGHT, y)], GRID)
             canvas.text((LEFT - 6, y + 4), _power(power), "end")
-        inside = [vertical for vertical in self.verticals if x_axis.holds(vertical[0])]
-        for row, (at, text) in enumerate(sorted(inside)):  # each lower than the one to its left, so that none meet
+        for row, (at, text) in enumerate(sorted(self.verticals)):  # each lower than the one to its left: none meet
             x = x_axis(at)
             canvas.line([(x, TOP), (x, HEIGHT - BOTTOM)], LINE, dash=(4, 4))
-            canvas.text((x + 3, TOP + 12 + 15 * row), text)
+            left = x > WIDTH - RIGHT - LABEL
+            canvas.text((x - 3 if left else x + 3, TOP + 12 + 15 * row), text, "end" if left else "start")
 
 
 class _Axis:
@@ -122,9 +123,6 @@ class _Axis:
     @property
     def powers(self) -> range:
         return range(self.low, self.high + 1, max(1, (self.high - self.low) // 8))
-
-    def holds(self, value: float) -> bool:
-        return 10.0**self.low <= value <= 10.0**self.high
 
     def __call__(self, value: float) -> float:
         return self.begin + (math.log10(value) - self.low) / (self.high - self.low) * (self.end - self.begin)
