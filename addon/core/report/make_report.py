@@ -204,8 +204,8 @@ def _stiff(report: Report, page: Page, quick: bool, progress: Progress) -> None:
     page.section("Stiff laws: where the Rosenbrock method wins")
     page.text(
         "Stiff is a law in which something decays much faster than a ray bends, such as strong friction: an explicit "
-        "method must follow the decay with short steps even when it is over, an L-stable one need not. Choose Rosenbrock "
-        "where a case like yours says that it is faster, an explicit method elsewhere.",
+        "method must follow the decay with short steps even when it is over, an L-stable one need not. Choose "
+        "Rosenbrock where a case like yours says that it is faster, an explicit method elsewhere.",
         "At equal error: the cheapest setting of each method whose 99th percentile is within "
         f"{stiff.GOAL:g} rad (at rest: of the way); inf: rays did not end. Gain: the best explicit method's time as a "
         "multiple of its own.",
