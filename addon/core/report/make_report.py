@@ -75,7 +75,7 @@ def write(
     page = Page("Nonlinear Rays: error, time and stability")
     page.text(" · ".join(f"{name}: {value}" for name, value in report.environment.items()))
     if not scene and len(cases) < len(built_in()):
-        page.text(f"Left out, for they take long: {', '.join(LEFT_OUT_IF_QUICK)}. make report has them.")
+        page.text(f"Left out to save time: {', '.join(LEFT_OUT_IF_QUICK)}. make report has everything.")
     measured = _measured(report, cases, effort, _part(progress, 0.0, 0.6))
     if scene:
         _users(report, page, scene, cases[0], settings, effort, _part(progress, 0.6, 0.9))

@@ -20,7 +20,8 @@ HOW_TO_READ = (
     "to left, the step or the tolerance becomes smaller. Grey: the front of settings that no other beats in both. A "
     "ring marks the paper's default: Euler, n_integration 10, step doubling.",
     "The higher a method's order, the flatter its curve: a tenth of the error costs Euler (order 1) ten times the "
-    "steps, Verlet (2) three times, Bogacki–Shampine (3) twice, RK4 (4) 1.8 times, Dormand–Prince (5) 1.6 times.",
+    "steps, Verlet (2) three times, Bogacki–Shampine (3) twice, RK4 (4) 1.8 times, Dormand–Prince (5) 1.6 "
+    "times, Nyström (6) 1.5 times.",
     "A curve turns straight up where smaller steps no longer help. That is near the dashed line 'float32's floor', "
     "what rounding a ray's beginning to float32 does to its end, computed in float64; or, with constant steps, where "
     "the bounding sphere cuts off what little a ray still turns outside.",
