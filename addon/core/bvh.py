@@ -5,11 +5,7 @@ nodes of a level at once: primitives are first gathered in the cells of a grid (
 upper tree parts the cells, the lower trees part the primitives of each cell. A cell holds one kind only, so that every
 leaf does, too.
 
-A node is four texels, both children's boxes with it, so that a ray reads one node to choose among two:
-
-    low corner of child 0, child 0 | high corner of child 0, count 0 | the same for child 1
-
-A count of 0 makes the child a node; n > 0 makes it a leaf of n triangles from row `child` on, n < 0 one of -n spheres.
+A node holds both children's boxes, so that a ray reads one node to choose among two: bvh_nodes.py.
 """
 
 from __future__ import annotations
@@ -18,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .bvh_nodes import encode, leaf_code
 from .strips import on_all_processors
 
 LEAF_SIZE = 4
@@ -27,13 +24,12 @@ GRID_BITS = 7  # cells an axis of the finest grid: 2^7
 BATCH = 1 << 16  # primitives of the lower trees that are built together: as many as a processor's cache holds
 UPPER_LEVELS, LOWER_LEVELS = 18, 22  # below, boxes are halved by count: no tree is deeper than the shader's stack
 STACK_SIZE = UPPER_LEVELS + LOWER_LEVELS  # intersection/tree.glsl
-LARGEST_COUNT = 1 << 24  # rows that a float32 can tell apart
-NOWHERE = 3.0e30  # a box that no ray reaches: the missing child of a tree that is one leaf
+LARGEST_COUNT = 1 << 24  # rows that a leaf's code has bits for
 
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """nodes : float32, (n, 4, 4), see above; the root is node 0
+    """nodes : uint32, (n, 2, 4), of bvh_nodes.py; the root is node 0
     triangles, spheres : the order that leaves count in, as rows of the arrays the tree was built from
     bounds : float32, (2, 3), low and high corner of everything
     """
@@ -256,7 +252,8 @@ def area(boxes: np.ndarray) -> np.ndarray:
 
 
 def flatten(forest: Forest, sphere_row: np.ndarray, is_sphere: np.ndarray) -> np.ndarray:
-    """The nodes' texels, parents before children, a left child right behind its parent.
+    """The nodes' texels, parents before children, a left child right behind its parent. A tree that is one leaf becomes
+    a node that has it twice.
 
     sphere_row : (n,), how many spheres come before a row;  is_sphere : (n,)
     """
@@ -265,19 +262,11 @@ def flatten(forest: Forest, sphere_row: np.ndarray, is_sphere: np.ndarray) -> np
     first, size = forest.first, forest.end - forest.first
     row = np.minimum(first, len(is_sphere) - 1)
     sphere = is_sphere[row]
-    child = np.where(inner, place, np.where(sphere, sphere_row[row], first - sphere_row[row]))
-    count = np.where(inner, 0, np.where(sphere, -size, size))
-    texels = np.empty((len(first), 2, 4), np.float32)  # what a parent says of this node
-    texels[:, 0, :3], texels[:, 0, 3] = forest.boxes[:3].T, child
-    texels[:, 1, :3], texels[:, 1, 3] = -forest.boxes[3:].T, count
-    if not inner.any():
-        nowhere = np.full((2, 4), NOWHERE, np.float32)
-        nowhere[:, 3] = 0.0
-        return np.concatenate([texels[0], nowhere])[None]
-    nodes = np.empty((int(inner.sum()), 4, 4), np.float32)
-    nodes[place[inner], :2] = texels[forest.left[inner]]
-    nodes[place[inner], 2:] = texels[forest.right[inner]]
-    return nodes
+    leaf = leaf_code(np.where(sphere, sphere_row[row], first - sphere_row[row]), size, sphere)
+    child = np.where(inner, place, leaf)
+    pairs = np.zeros((max(int(inner.sum()), 1), 2), np.int64)  # rows of the forest
+    pairs[place[inner], 0], pairs[place[inner], 1] = forest.left[inner], forest.right[inner]
+    return encode(forest.boxes[:3].T[pairs], -forest.boxes[3:].T[pairs], child[pairs])
 
 
 def preorder(forest: Forest, inner: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from .compose import SHADERS, Choice, ShaderError, Source, compose
 
 Result = TypeVar("Result")
 POLL_SECONDS = 0.05
-BYTES = {"f1": 1, "f2": 2, "f4": 4}
+BYTES = {"f1": 1, "f2": 2, "f4": 4, "u4": 4}
 
 
 class DeviceError(RuntimeError):
@@ -60,7 +60,7 @@ class Device:
                 f"A texture of {size[0]} x {size[1]} is needed, but '{self.name}' allows {self.texture_limit}. "
                 "Use fewer triangles or smaller images."
             )
-        kind = np.float16 if dtype == "f2" else np.float32
+        kind = {"f2": np.float16, "f4": np.float32, "u4": np.uint32}[dtype]
         content = None if data is None else np.ascontiguousarray(data, kind)
         texture = self.ctx.texture(size, components, content, dtype=dtype)
         texture.filter = (self.ctx.NEAREST, self.ctx.NEAREST)

@@ -44,9 +44,9 @@ class Packed:
 
 
 def folded(texels: np.ndarray) -> np.ndarray:
-    """(n, 4) -> float32, (rows, TEXELS_PER_ROW, 4), filled up with zeros."""
+    """(n, 4) -> the same kind, (rows, TEXELS_PER_ROW, 4), filled up with zeros."""
     rows = max(1, math.ceil(len(texels) / TEXELS_PER_ROW))
-    out = np.zeros((rows * TEXELS_PER_ROW, 4), np.float32)
+    out = np.zeros((rows * TEXELS_PER_ROW, 4), texels.dtype)
     out[: len(texels)] = texels
     return out.reshape(rows, TEXELS_PER_ROW, 4)
 

@@ -1,10 +1,11 @@
-// Provides the first object that a chord of a ray meets, from a tree of bounding boxes: addon/core/bvh.py, four texels a
-// node, which are both children's boxes. The nearer child is visited first, the other one waits on a small stack.
+// Provides the first object that a chord of a ray meets, from a tree of bounding boxes: addon/core/bvh.py and
+// bvh_nodes.py, two texels a node, which hold both children's boxes. The nearer child is visited first, the other one
+// waits on a small stack.
 
 const int STACK_SIZE = 40;
 const int DONE = -1;  // other negative numbers are leaves
 
-uniform sampler2D u_tree;
+uniform usampler2D u_tree;
 
 #ifdef TRIANGLES
 void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met);
@@ -33,11 +34,9 @@ float entry(vec3 low, vec3 high, Probe probe) {
     return enters <= leaves ? enters : MISSED;
 }
 
-// A child as one number: a node's row; or a leaf's first row, size and kind.
-int child_code(float row, float count) {
-    int size = int(count);
-    int leaf = -2 - (((int(row) << 2) + abs(size) - 1) * 2 + (size < 0 ? 1 : 0));
-    return size == 0 ? int(row) : leaf;
+// One side of a child's box, an axis each: the cells of its node that it is at.
+vec3 side(uvec3 cells, int place) {
+    return vec3(ivec3((cells >> place) & 0xffu));
 }
 
 // The leaf's objects against one chord: those nearer than hit.fraction. A sphere's row is turned into -1 - row.
@@ -67,14 +66,14 @@ bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit) {
     int depth = 1;
     while (node != DONE) {
         while (node >= 0) {
-            vec4 low0 = texel(u_tree, 4 * node);
-            vec4 high0 = texel(u_tree, 4 * node + 1);
-            vec4 low1 = texel(u_tree, 4 * node + 2);
-            vec4 high1 = texel(u_tree, 4 * node + 3);
-            float entry0 = entry(low0.xyz, high0.xyz, probe);
-            float entry1 = entry(low1.xyz, high1.xyz, probe);
-            int child0 = child_code(low0.w, high0.w);
-            int child1 = child_code(low1.w, high1.w);
+            uvec4 frame = texelFetch(u_tree, texel_place(2 * node), 0);
+            uvec4 boxes = texelFetch(u_tree, texel_place(2 * node + 1), 0);
+            vec3 corner = uintBitsToFloat(frame.xyz & 0xffffff00u);
+            vec3 cell = uintBitsToFloat((frame.xyz & 0xffu) << 23);
+            float entry0 = entry(corner + cell * side(boxes.xyz, 0), corner + cell * side(boxes.xyz, 8), probe);
+            float entry1 = entry(corner + cell * side(boxes.xyz, 16), corner + cell * side(boxes.xyz, 24), probe);
+            int child0 = int(frame.w);
+            int child1 = int(boxes.w);
             bool second_first = entry1 < entry0;
             int near = second_first ? child1 : child0;
             if (max(entry0, entry1) < MISSED) {

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from addon.core import bvh
-from addon.core.bvh import LEAF_SIZE, NOWHERE, STACK_SIZE, build
+from addon.core.bvh import LEAF_SIZE, STACK_SIZE, build
 from addon.core.compose import read
 
 NONE = np.zeros((0, 2, 3), np.float32)
@@ -19,10 +19,28 @@ def boxes_of(n, seed=0, size=0.1):
     return np.stack([low, low + size * generator.random((n, 3))], axis=1).astype(np.float32)
 
 
+def decoded(nodes):
+    """As the shader does it. (n, 2, 2, 3) boxes of both children, low and high; (n, 2) their codes."""
+    frame, boxes = nodes[:, 0], nodes[:, 1]
+    corner = (frame[:, :3] & np.uint32(0xFFFFFF00)).view(np.float32)
+    cell = ((frame[:, :3] & np.uint32(0xFF)) << np.uint32(23)).view(np.float32)
+    sides = [
+        corner + cell * ((boxes[:, :3] >> np.uint32(8 * i)) & np.uint32(0xFF)).astype(np.float32) for i in range(4)
+    ]
+    return np.stack(sides, axis=1).reshape(-1, 2, 2, 3), np.ascontiguousarray(nodes[:, :, 3]).view(np.int32)
+
+
+def leaf(code):
+    """(first row, count, kind) of a leaf's code."""
+    packed = -2 - code
+    return packed >> 3, ((packed >> 1) & 3) + 1, -1 if packed & 1 else 1
+
+
 def check(triangles, spheres):
     """Walk the whole tree; its depth."""
     tree = build(triangles, spheres)
-    assert tree.nodes.dtype == np.float32 and tree.nodes.shape[1:] == (4, 4)
+    assert tree.nodes.dtype == np.uint32 and tree.nodes.shape[1:] == (2, 4)
+    boxes, codes = decoded(tree.nodes)
     assert np.array_equal(np.sort(tree.triangles), np.arange(len(triangles)))
     assert np.array_equal(np.sort(tree.spheres), np.arange(len(spheres)))
     seen = {1: np.zeros(len(triangles), int), -1: np.zeros(len(spheres), int)}
@@ -31,28 +49,38 @@ def check(triangles, spheres):
     deepest = 0
     kinds = {1: triangles[tree.triangles], -1: spheres[tree.spheres]}
     every = np.concatenate([triangles, spheres])
-    open_nodes = [(0, 0, np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]))]
-    assert np.array_equal(tree.bounds, open_nodes[0][2])
-    while open_nodes:
-        row, depth, outer = open_nodes.pop()
+    assert np.array_equal(tree.bounds, np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]))
+
+    def walk(row, depth):
+        """What is below a node: its rows of both kinds. Its boxes hold it, and are at most two cells too large."""
+        nonlocal deepest
         deepest = max(deepest, depth)
-        for texels in (tree.nodes[row, :2], tree.nodes[row, 2:]):
-            box, child, count = texels[:, :3], int(texels[0, 3]), int(texels[1, 3])
-            if texels[0, 0] == np.float32(NOWHERE):
-                assert len(tree.nodes) == 1
-                continue
-            assert (outer[0] <= box[0]).all() and (box[1] <= outer[1]).all()
-            if count == 0:
-                assert child > row
-                reached[child] += 1
-                open_nodes.append((child, depth + 1, box))
-                continue
-            assert abs(count) <= LEAF_SIZE
-            kind = 1 if count > 0 else -1
-            rows = np.arange(child, child + abs(count))
-            seen[kind][rows] += 1
-            inside = kinds[kind][rows]
+        below = []
+        for box, code in zip(boxes[row], codes[row].tolist(), strict=True):
+            if code >= 0:
+                assert code > row
+                reached[code] += 1
+                inside = walk(code, depth + 1)
+            else:
+                first, count, kind = leaf(code)
+                assert count <= LEAF_SIZE
+                rows = np.arange(first, first + count)
+                seen[kind][rows] += 1
+                inside = kinds[kind][rows]
             assert (box[0] <= inside[:, 0]).all() and (inside[:, 1] <= box[1]).all()
+            below.append((box, inside))
+        both = np.concatenate([inside for _, inside in below])
+        low, high = both[:, 0].min(axis=0).astype(float), both[:, 1].max(axis=0).astype(float)
+        # Cells are powers of two, of which at least 127 are used; the corner has 16 bits.
+        cell = np.maximum((high - low) / 127.0 + abs(low) * 2.0**-15, 2.0**-125)
+        for box, inside in below:
+            assert (box[0] >= inside[:, 0].min(axis=0) - 2.0 * cell).all()
+            assert (box[1] <= inside[:, 1].max(axis=0) + 2.0 * cell).all()
+        return both
+
+    walk(0, 0)
+    if len(tree.nodes) == 1 and codes[0, 0] == codes[0, 1]:  # one leaf, which the node has twice
+        seen = {kind: counts // 2 for kind, counts in seen.items()}
     assert (reached == 1).all() and (seen[1] == 1).all() and (seen[-1] == 1).all()
     assert deepest + 1 < STACK_SIZE
     return deepest
@@ -118,8 +146,8 @@ def test_it_is_better_than_halves():
     boxes = np.stack([low, low + 0.01], axis=1).astype(np.float32)
 
     def cost(nodes):
-        sides = (nodes[:, 1::2, :3] - nodes[:, 0::2, :3]).astype(np.float64)
-        x, y, z = np.moveaxis(sides, -1, 0)
+        nodes = decoded(nodes)[0]
+        x, y, z = np.moveaxis((nodes[:, :, 1] - nodes[:, :, 0]).astype(np.float64), -1, 0)
         return float(np.sum(x * y + y * z + z * x))
 
     def cut_in_the_middle(rows):

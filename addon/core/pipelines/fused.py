@@ -127,7 +127,8 @@ class FusedPipeline:
                 continue
             half = name in HALVES
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if half else array
-            self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, "f2" if half else "f4")
+            kind = "f2" if half else f"{array.dtype.kind}{array.dtype.itemsize}"
+            self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, kind)
         given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
