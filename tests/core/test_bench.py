@@ -7,30 +7,45 @@ import numpy as np
 import pytest
 
 from addon.core.models import MODELS
+from addon.core.nystrom import NYSTROM_64
 from addon.core.tableaus import BOGACKI_SHAMPINE_32, DORMAND_PRINCE_54, RUNGE_KUTTA_4
 from tools.bench import scenes
 from tools.bench.__main__ import record
-from tools.bench.limit import SCHWARZSCHILD, multiply_add_operations, multiply_add_text, rounds, step_operations
+from tools.bench.limit import (
+    SCHWARZSCHILD,
+    multiply_add_operations,
+    multiply_add_text,
+    nystrom_operations,
+    rounds,
+    step_operations,
+)
 from tools.bench.report import Part, Table, Target
 
 
 @pytest.mark.parametrize(
     ("tableau", "adaptive", "by_hand"),
     [
-        # Sums s + h (a1 k1 + …) of six components: k2 to k4 from one derivative each, with the weights 1/2, 1/2 and 1,
-        # then four weights: (1 + 2) + (1 + 2) + (0 + 2) + (7 + 2) = 17.
-        (RUNGE_KUTTA_4, False, 4 * 29 + 6 * 17),
-        # One, one, three weights, 1/2 3/4 2/9 1/3 4/9: (1 + 2) + (1 + 2) + (5 + 2) = 13; the last is the result.
-        (BOGACKI_SHAMPINE_32, False, 3 * 29 + 6 * 13),
-        # And four differences b - b*, times h: 7 + 1.
-        (BOGACKI_SHAMPINE_32, True, 3 * 29 + 6 * 21),
-        # 1, 2, 3, 4, 5 and 5 weights: 1 + 3 + 5 + 7 + 9 + 9 and twice six = 46; six differences, times h: 11 + 1.
-        (DORMAND_PRINCE_54, True, 6 * 29 + 6 * (46 + 12)),
+        # Sums s + (h a1 k1 + …) of six components: k2 to k4 from one derivative each, then four: 7 weights times h; and
+        # of each component (1 + 1) + (1 + 1) + (1 + 1) + (7 + 1) = 14.
+        (RUNGE_KUTTA_4, False, 4 * 28 + 7 + 6 * 14),
+        # One, one, three weights: 5, and (1 + 1) + (1 + 1) + (5 + 1) = 10; the last is the result.
+        (BOGACKI_SHAMPINE_32, False, 3 * 28 + 5 + 6 * 10),
+        # And four differences b - b*: 4, and 7.
+        (BOGACKI_SHAMPINE_32, True, 3 * 28 + 9 + 6 * 17),
+        # 1, 2, 3, 4, 5 and 5 weights: 20, and 1 + 3 + 5 + 7 + 9 + 9 and once six = 40; six differences: 6, and 11.
+        (DORMAND_PRINCE_54, True, 6 * 28 + 26 + 6 * (40 + 11)),
     ],
 )
 def test_operations_of_a_step_are_those_counted_by_hand(tableau, adaptive, by_hand):
-    assert SCHWARZSCHILD == 29
+    assert SCHWARZSCHILD == 28
     assert step_operations(tableau, SCHWARZSCHILD, adaptive) == by_hand
+
+
+def test_operations_of_nystroms_step_are_those_counted_by_hand():
+    """h^2, x cross v and its square; five positions, with 12 operations of their forces. Sums of 2, 3, 4, 5 and 5 terms,
+    h v among them: 19 numbers, 3 + 5 + 7 + 9 + 9 and once five = 38 of each component; two of 5: 10, and 9 + 1 + 9.
+    """
+    assert nystrom_operations(NYSTROM_64) == 1 + 16 + 5 * 12 + 19 + 3 * 38 + 10 + 3 * 19
 
 
 class Counted(float):
@@ -61,11 +76,12 @@ def test_operations_of_the_equation_are_those_that_a_run_of_it_does():
     Counted.count = 0
     h = [x[i - 2] * v[i - 1] - x[i - 1] * v[i - 2] for i in range(3)]
     r_squared = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
-    inverse_r = Counted(float(r_squared) ** -0.5)
+    r = Counted(float(r_squared) ** 0.5)
     Counted.count += 1
-    inverse_r_squared = inverse_r * inverse_r
     h_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2]
-    factor = -3.0 * Counted(1.0) * h_squared * inverse_r_squared * inverse_r_squared * inverse_r
+    fifth_power = r_squared * r_squared * r
+    factor = Counted(float(-3.0 * Counted(1.0) * h_squared) / float(fifth_power))
+    Counted.count += 1
     f = [factor * component for component in x]
     assert Counted.count == SCHWARZSCHILD
     true = MODELS["schwarzschild"]().rhs(np.array([[*map(float, x), *map(float, v)]]))[0, 3:]
@@ -102,7 +118,7 @@ def test_the_file_holds_all_targets_and_no_nan():
     }
     content = record({"renderer": "any"}, parts, {"one": 1.0, "two": 2.0})
     read = json.loads(json.dumps(content, allow_nan=False))
-    assert [set(target) for target in read["targets"]] == [{"name", "value", "bound", "at_least", "holds"}] * 3
+    assert [set(target) for target in read["targets"]] == [{"name", "value", "bound", "at_least", "holds", "tried"}] * 3
     assert [(t["name"], t["value"], t["holds"]) for t in read["targets"]] == [
         ("A", 2.0, False),
         ("B", None, False),

@@ -19,7 +19,7 @@ from addon.core.settings import Settings
 from addon.core.trace import render
 from tools import bpy_extension
 
-from . import scenes
+from . import scenes, tried
 from .measure import Job, KeptFrame, Timings, interleaved, wall_job
 from .mode import Mode
 from .report import Part, Table, Target
@@ -205,8 +205,8 @@ def warm_targets(label: str, warm: dict[str, Timings]) -> list[Target]:
     if label != f"{4 * RINGS[0] ** 2:,}":
         return []
     return [
-        Target(f"{label} triangles: curved, times the straight time", to_straight, MOST_CURVED),
-        Target(f"Cycles: {label} triangles, curved, times its warm time", to_cycles, MOST_TORUS),
+        Target(f"{label} triangles: curved, times the straight time", to_straight, MOST_CURVED, tried=tried.WALKS),
+        Target(f"Cycles: {label} triangles, curved, times its warm time", to_cycles, MOST_TORUS, tried=tried.WALKS),
     ]
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from addon.core.trace import render
 
-from . import scenes
+from . import scenes, tried
 from .matched import Chosen, matched
 from .measure import frame_job, interleaved
 from .mode import Mode
@@ -49,5 +49,5 @@ def measure(mode: Mode) -> Part:
         "errors": {label: one.error for label, one in chosen.items()},
         "chosen": {label: one.label for label, one in chosen.items()},
     }
-    target = Target("Figure 5: fused, 1 to 1000 spheres, times slower", growth, MOST_GROWTH)
+    target = Target("Figure 5: fused, 1 to 1000 spheres, times slower", growth, MOST_GROWTH, tried=tried.WALKS)
     return Part([Table(title, ("spheres", *LABELS), rows, note)], figures, [target])

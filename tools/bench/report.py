@@ -9,12 +9,15 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Target:
-    """One row of issue 4's table "Where it must get to". value : what was measured; at_least : the bound's side."""
+    """One row of issue 4's table "Where it must get to". value : what was measured; at_least : the bound's side;
+    tried : what was done to reach it, for one that is not
+    """
 
     name: str
     value: float
     bound: float
     at_least: bool = False
+    tried: str = ""
 
     @property
     def holds(self) -> bool:
@@ -29,6 +32,7 @@ class Target:
             "bound": self.bound,
             "at_least": self.at_least,
             "holds": self.holds,
+            "tried": self.tried,
         }
 
 
@@ -80,4 +84,10 @@ def target_table(targets: Sequence[Target]) -> Table:
         )
         for target in targets
     ]
-    return Table("Where it must get to", ("", "measured", "bound", "holds"), rows)
+    missed = dict.fromkeys(target.tried for target in targets if target.tried and not target.holds)
+    note = "".join(f"\nTried for {_names(targets, tried)}:\n{tried}" for tried in missed)
+    return Table("Where it must get to", ("", "measured", "bound", "holds"), rows, note)
+
+
+def _names(targets: Sequence[Target], tried: str) -> str:
+    return "; ".join(target.name for target in targets if target.tried == tried and not target.holds)

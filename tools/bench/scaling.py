@@ -49,9 +49,15 @@ def measure(mode: Mode) -> Part:
 
 
 @cache
-def within_pixels(size: tuple[int, int], rays: int, pixels: float) -> tuple[Settings, float]:
+def within_pixels(
+    size: tuple[int, int], rays: int, pixels: float, integrator: str = "automatic"
+) -> tuple[Settings, float]:
     """The fused pipeline's loosest settings for a picture of the hole, and their error, radians."""
     camera = scenes.camera(size)
     bound = pixels * scenes.pixel_angle(camera)
     sample = Rays(scenes.HOLE, camera, rays, TRUTH)
-    return sample.loosest(lambda value: settings.fused(value, bound, escape_radius=None), bound)
+
+    def fused(tolerance: float) -> Settings:
+        return settings.fused(tolerance, bound, escape_radius=None, integrator=integrator)
+
+    return sample.loosest(fused, bound)

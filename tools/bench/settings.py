@@ -67,7 +67,7 @@ def fused(
     chord_tolerance: float,
     escape_radius: float | None = BOUNDS,
     passes: tuple[str, ...] = ("Combined",),
-    integrator: str = "dormand_prince_54",
+    integrator: str = "automatic",
 ) -> Settings:
     """One program, steps by the integrator's own error estimate. escape_radius : None lets the model choose."""
     return Settings(
