@@ -42,8 +42,8 @@ def test_operations_of_a_step_are_those_counted_by_hand(tableau, adaptive, by_ha
 
 
 def test_operations_of_nystroms_step_are_those_counted_by_hand():
-    """h^2, x cross v and its square; five positions, with 12 operations of their forces. Sums of 2, 3, 4, 5 and 5 terms,
-    h v among them: 19 numbers, 3 + 5 + 7 + 9 + 9 and once five = 38 of each component; two of 5: 10, and 9 + 1 + 9.
+    """h^2, x cross v and its square; five positions, with 12 operations of their forces. Sums of 2, 3, 4, 5 and 5
+    terms, h v among them: 19 numbers, 3 + 5 + 7 + 9 + 9 and once five = 38 of each component; two of 5: 10, 9 + 1 + 9.
     """
     assert nystrom_operations(NYSTROM_64) == 1 + 16 + 5 * 12 + 19 + 3 * 38 + 10 + 3 * 19
 

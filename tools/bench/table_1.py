@@ -48,7 +48,7 @@ def measure(mode: Mode) -> Part:
                 plain / fused,
                 TIMES_FASTER,
                 True,
-                tried.STEPS,
+                TRIED_STEPS,
             ),
             Target(f"Table 1, {name}: gain of the paper's accelerations", plain / gained, 1.0, True),
         ]
