@@ -59,8 +59,8 @@ def test_the_same_direction(glsl, name, values, observer):
     [(MODELS["schwarzschild"](), "static"), (MODELS["kerr"](), "falling"), (MODELS["schwarzschild"](), "moving")],
 )
 def test_errors_are_those_of_what_the_observer_sees(egl, model, observer):
-    """Eight masses from the hole, in a model that is turned in the world: in the chart's directions rays would be whole degrees
-    away; held against the reference as the observer's they are right to a hundredth of a pixel.
+    """Eight masses from the hole, in a model that is turned in the world: in the chart's directions rays would be whole
+    degrees away; held against the reference as the observer's they are right to a hundredth of a pixel.
     """
     placement = Placement(rotation=rotation(0.3, -0.2, 0.9), scale=2.0)
     settings = Settings(observer=observer, observer_velocity=VELOCITY, tolerance=1e-5, segments=20_000)
