@@ -6,6 +6,7 @@ import bpy
 
 from .core.models import ParameterError
 from .core.settings import SettingsError
+from .core.trace import integrator_for
 from .export import find_problems
 from .model_properties import model_and_placement
 from .properties import settings_from
@@ -26,6 +27,8 @@ def _settings_problems(scene: bpy.types.Scene) -> list[str]:
     try:
         model, placement = model_and_placement(scene)
         settings = settings_from(scene, None)
+        if model.curved:
+            integrator_for(model, settings)
     except (ParameterError, SettingsError) as error:
         return [*found, str(error)]
     if scene.camera is not None:

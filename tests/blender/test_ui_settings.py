@@ -36,16 +36,9 @@ def core_camera(extension, width=100, height=50, kind="PERSPECTIVE"):
     return extension("addon.core.scene").Camera(np.eye(4), (-0.5, 0.5, -0.25, 0.25), width, height, kind)
 
 
-def test_defaults_are_those_of_core_with_our_integrator(empty_file, extension, properties):
+def test_defaults_are_those_of_core_but_for_the_tolerance_in_pixels(empty_file, extension, properties):
     settings = properties.settings_from(empty_file, core_camera(extension))
-    ours = {
-        "pipeline": "fused",
-        "integrator": "dormand_prince_54",
-        "step_control": "embedded",
-        "tolerance": settings.tolerance,
-    }
-    defaults = extension("addon.core.settings").Settings(**ours)
-    assert settings == defaults
+    assert settings == extension("addon.core.settings").Settings(tolerance=settings.tolerance)
 
 
 def test_tolerance_is_in_pixels(empty_file, extension, properties):
@@ -158,6 +151,14 @@ def test_camera_inside_the_horizon_is_said(empty_file, problems):
     add_camera(empty_file, (0.0, -1.0, 0.0))
     empty_file.nonlinear_rays.model = "schwarzschild"
     assert any("horizon" in problem for problem in problems(empty_file))
+
+
+@pytest.mark.parametrize(("model", "said"), [("kerr", True), ("schwarzschild", False), ("straight", False)])
+def test_an_integrator_that_the_law_does_not_suit_is_said(empty_file, problems, model, said):
+    add_camera(empty_file)
+    empty_file.nonlinear_rays.model = model
+    empty_file.nonlinear_rays.integrator = "nystrom_64"
+    assert any("nystrom_64" in problem for problem in problems(empty_file)) is said
 
 
 def test_error_pass_without_an_estimate_is_said(empty_file, problems):
