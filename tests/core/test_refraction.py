@@ -214,6 +214,13 @@ def test_a_grid_goes_to_the_shader_in_rows_of_four():
     assert model.uniforms()["u_grid_cell"] == (1.0, 2.0, 1.0) and model.uniforms()["u_grid_min"] == (0.0, 0.0, 0.0)
 
 
+def test_a_grids_texels_are_made_once():
+    """A frame asks for them twice: for what they take in memory, and to upload them."""
+    model = REFRACTION(medium="grid", grid=DENSITY)
+    first, second = model.textures(), model.textures()
+    assert all(first[name] is second[name] for name in ("u_grid", "u_still_blocks"))
+
+
 def patchy_density():
     """Noise in one corner, a constant in another, nothing between; (nz, ny, nx)."""
     density = np.zeros((17, 14, 19), np.float32)

@@ -10,6 +10,7 @@ from one and a half cells beyond the box on.
 from __future__ import annotations
 
 import itertools
+from functools import cached_property
 
 import numpy as np
 
@@ -100,6 +101,10 @@ class Grid(Medium):
         return {"u_grid_min": tuple(self.low), "u_grid_cell": tuple(self.cell)}
 
     def textures(self) -> dict[str, np.ndarray]:
+        return self._texels
+
+    @cached_property
+    def _texels(self) -> dict[str, np.ndarray]:
         """Densities in rows of four, so that the shader's 64 voxels are 16 texels, and none is beyond the texture."""
         padded = np.pad(self.density, 3)
         count = padded.shape[2] - 3

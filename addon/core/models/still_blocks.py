@@ -43,5 +43,7 @@ def _sliding(join: np.ufunc, values: np.ndarray, width: int, axis: int) -> np.nd
     """`join` of every `width` neighbours along the axis, which becomes shorter by width - 1."""
     values = np.moveaxis(values, axis, 0)
     count = len(values) - width + 1
-    joined = join.reduce([values[first : first + count] for first in range(width)])
+    joined = values[:count]
+    for first in range(1, width):
+        joined = join(joined, values[first : first + count])
     return np.moveaxis(joined, 0, axis)
