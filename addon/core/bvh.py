@@ -23,7 +23,7 @@ CELL_SIZE = 16  # primitives a cell of the grid holds, on average at least
 GRID_BITS = 7  # cells an axis of the finest grid: 2^7
 BATCH = 1 << 16  # primitives of the lower trees that are built together: as many as a processor's cache holds
 UPPER_LEVELS, LOWER_LEVELS = 18, 22  # below, boxes are halved by count: no tree is deeper than the shader's stack
-STACK_SIZE = UPPER_LEVELS + LOWER_LEVELS  # intersection/tree.glsl
+STACK_SIZE = UPPER_LEVELS + LOWER_LEVELS + 1  # intersection/tree.glsl: a child of every level, and the end
 LARGEST_COUNT = 1 << 24  # rows that a leaf's code has bits for
 
 

@@ -2,7 +2,7 @@
 // bvh_nodes.py, two texels a node, which hold both children's boxes. The nearer child is visited first, the other one
 // waits on a small stack.
 
-const int STACK_SIZE = 40;
+const int STACK_SIZE = 41;
 const int DONE = -1;  // other negative numbers are leaves
 
 uniform usampler2D u_tree;
