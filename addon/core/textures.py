@@ -1,4 +1,4 @@
-"""Scene -> named float32 arrays, and the texel layout that shaders/ reads.
+"""Scene -> named arrays, and the texel layout that shaders/ reads.
 
 Every array is a long row of RGBA texels folded into TEXELS_PER_ROW columns (common/texels.glsl unfolds it). Positions
 go into model space in float64 and become float32 only there, so that a scene far from the world's origin keeps its
@@ -25,7 +25,7 @@ SMALLEST_LENGTH, LARGEST_LENGTH = 1e-15, 1e15  # model lengths; float32 holds th
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4)
+    """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4); the tree's is uint32
     bounds_radius : of all objects around the model's centre, model lengths
     bounds : float32, (2, 3), low and high corner of all objects, model lengths, where there is a tree
     """

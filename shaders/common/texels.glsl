@@ -1,4 +1,4 @@
-// Provides reads from the scene textures: long rows of RGBA32F texels, folded into TEXELS_PER_ROW columns
+// Provides reads from the scene textures: long rows of RGBA texels, folded into TEXELS_PER_ROW columns
 // (addon/core/textures.py writes them).
 
 const int TEXELS_PER_ROW_LOG2 = 11;

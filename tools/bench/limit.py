@@ -1,8 +1,8 @@
 """The arithmetic rate of the integration loop, beside that of a bare multiply-add shader on the same device.
 
-What is counted are the operations of the equation and of the integrator, as the formulas have them: a sum, a product
-and a root are one each. What controls the step, and asks whether the ray has ended, is not: the loop spends time on it,
-and so the share that is reached is below one.
+What is counted are the operations of the equation and of the integrator, as the formulas have them: a sum, a product,
+a quotient and a root are one each. What controls the step, and asks whether the ray has ended, is not: the loop spends
+time on it, and so the share that is reached is below one.
 """
 
 from __future__ import annotations
@@ -150,7 +150,9 @@ CONSTANT_STEPS = 100
 
 
 def loop_settings(mode: Mode) -> dict[str, Settings]:
-    """The loop as it runs, and two without step control, all of whose rays take the same number of steps."""
+    """The loop as it runs, with each of the two methods, and two without step control, all of whose rays take the same
+    number of steps.
+    """
     adaptive, _ = within_pixels(mode.scaling_size, mode.rays, PIXELS, "nystrom_64")
     steady = replace(
         adaptive,
