@@ -65,7 +65,7 @@ class Settings:
     integrator          one of INTEGRATORS; "automatic": "nystrom_64" where the force depends on the position alone,
                         "dormand_prince_54" elsewhere; None: Euler in the paper's pipeline, automatic in the fused one
     step_control        "constant"; "doubling": the paper's step doubling with two thresholds (Section 4.2); "embedded":
-                        PI control of every step by the integrator's own error estimate (WITH_ERROR_ESTIMATE);
+                        every step is predicted from the integrator's own error estimate (WITH_ERROR_ESTIMATE);
                         None: "doubling" in the paper's pipeline, "embedded" in the fused one where the integrator can
     observer            "chart": directions are taken in the chart, as the paper does;
                         "static": in the frame of an observer at rest;
