@@ -82,7 +82,8 @@ def fingerprint(image: bpy.types.Image) -> tuple | None:
         return None
     space = image.colorspace_settings
     ways = (image.name, image.source, image.alpha_mode, image.is_float, space.name, space.is_data)
-    return (*ways, stored.shape, hashlib.blake2b(stored).digest())
+    linear = _matrix(mathutils.Color.from_rec709_linear_to_scene_linear)  # a .blend may choose it
+    return (*ways, linear.tobytes(), stored.shape, hashlib.blake2b(stored).digest())
 
 
 def _stored(image: bpy.types.Image) -> np.ndarray | None:

@@ -256,9 +256,22 @@ def change_the_mapping(image, node):
     mapping(bpy.context.scene.world, node, rotation=(0.0, 0.0, 1.0))
 
 
+def change_the_working_space(image, node):
+    if not hasattr(bpy.data, "colorspace"):
+        pytest.skip("This Blender has one scene-linear space.")
+    bpy.ops.wm.set_working_color_space(convert_colors=False, working_space="ACEScg")
+
+
 @pytest.mark.parametrize(
     "change",
-    [change_a_pixel, change_the_colour_space, change_the_alpha, change_the_image, change_the_mapping],
+    [
+        change_a_pixel,
+        change_the_colour_space,
+        change_the_working_space,
+        change_the_alpha,
+        change_the_image,
+        change_the_mapping,
+    ],
 )
 @pytest.mark.parametrize("float_buffer", [True, False])
 def test_a_changed_sky_is_built_again(export, world, built, change, float_buffer):
