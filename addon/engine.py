@@ -77,7 +77,7 @@ class NonlinearRaysEngine(bpy.types.RenderEngine):
             raise
         self.end_result(result)
         Button.last = LastRender(frame.statistics, frame.warnings)
-        warnings = [*frame.warnings, *advice(frame.statistics.rays, settings.segments)]
+        warnings = [*frame.warnings, *advice(frame.statistics.rays, settings.step_limit)]
         if warnings:
             self.report({"WARNING"}, f"Nonlinear Rays: {' '.join(warnings)}")
 

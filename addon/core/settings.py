@@ -156,6 +156,12 @@ class Settings:
             _whole("batch_size", self.batch_size, 1, 65536)
 
     @property
+    def step_limit(self) -> int:
+        """Steps a ray may take by all limits; step doubling takes three for each of a segment."""
+        taken = 3 if self.step_control == "doubling" else 1
+        return min(self.max_steps, self.segments * self.steps_per_segment * taken)
+
+    @property
     def filters_textures(self) -> bool:
         """Whether the pipeline filters sky and images, where there are any."""
         return self.pipeline == "fused" and self.filter_textures

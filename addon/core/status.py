@@ -31,7 +31,7 @@ MEANINGS = {
 }
 
 ADVICE = {
-    Status.STEP_LIMIT: "Raise Segments or Step Size, or loosen the tolerance.",
+    Status.STEP_LIMIT: "Raise Segments and Max Steps, or loosen the tolerance; with constant steps, raise Step Size.",
     Status.STEP_TOO_SMALL: "Loosen the tolerance, or keep the camera and the rays away from the singular point.",
     Status.NOT_FINITE: "Lower Step Size; check the model's parameters and the meshes near the centre.",
 }

@@ -151,3 +151,16 @@ def test_early_termination_takes_true_and_false():
 
 def test_every_pass_has_channels():
     assert tuple(PASS_CHANNELS) == PASSES
+
+
+@pytest.mark.parametrize(
+    ("options", "limit"),
+    [
+        ({"segments": 20, "steps_per_segment": 5}, 100),
+        ({"segments": 20, "steps_per_segment": 5, "step_control": "doubling"}, 300),
+        ({"segments": 20, "steps_per_segment": 5, "max_steps": 7}, 7),
+    ],
+)
+def test_the_step_limit_is_that_of_all_limits(options, limit):
+    """Step doubling tries h, and twice h / 2."""
+    assert Settings(**options).step_limit == limit

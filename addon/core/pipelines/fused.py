@@ -267,7 +267,6 @@ class FusedPipeline:
 
     def _values(self) -> dict[str, object]:
         request, settings = self.request, self.settings
-        doubling = settings.step_control == "doubling"
         tolerance = settings.tolerance
         if settings.step_control == "embedded":
             tolerance = request.integrator.step_tolerance(tolerance)
@@ -276,9 +275,7 @@ class FusedPipeline:
             "u_smallest_step": request.smallest_step,
             "u_first_reach": FIRST_REACH * request.escape_radius if settings.step is None else 0.0,
             "u_steps": settings.steps_per_segment,
-            "u_max_steps": min(
-                settings.max_steps, settings.segments * settings.steps_per_segment * (3 if doubling else 1)
-            ),
+            "u_max_steps": settings.step_limit,
             "u_draw_steps": STEPS_A_DRAW,
             "u_tolerance": tolerance,
             "u_chord_tolerance": settings.chord_tolerance or settings.tolerance,

@@ -50,7 +50,7 @@ def sentences(case: Case, settings: Settings) -> list[str]:
         )
     ends = trace_rays(model, positions, directions, case.seen(settings), scene=case.scene)
     counts = {status: int((ends.status == status).sum()) for status in Status}
-    found += advice(counts, settings.max_steps)
+    found += advice(counts, settings.step_limit)
     drift = ends.invariant_drift[np.isin(ends.status, (Status.ESCAPED, Status.HIT))]
     if len(drift) and drift.max() > 1e-3:
         found.append(
