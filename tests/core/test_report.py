@@ -9,10 +9,10 @@ import pytest
 
 from addon.core.models import MODELS
 from addon.core.reference import Truth
-from addon.core.report import errors, estimates, png
+from addon.core.report import errors, estimates, png, stiff
 from addon.core.report.cases import built_in, of_scene
 from addon.core.report.compare import differences, summarise
-from addon.core.report.methods import METHODS, papers_default, too_many_steps
+from addon.core.report.methods import METHODS, integrator_label, papers_default, too_many_steps
 from addon.core.report.page import Page
 from addon.core.report.plots import HEIGHT, LEFT, RIGHT, WIDTH, Curve, Diagram
 from addon.core.report.recommend import recommendation
@@ -66,6 +66,13 @@ def test_a_law_is_tried_with_the_methods_that_suit_it():
     assert "nystrom_64" in tried["schwarzschild"] and "nystrom_64" not in tried["kerr"]
     assert tried["kerr"] == {*INTEGRATORS} - {"automatic", "nystrom_64"}
     assert len(FULL.methods(MODELS["straight"]())) == len(PIPELINES)
+
+
+def test_automatic_is_named_with_what_it_takes():
+    names = {name: integrator_label(MODELS[name](), Settings()) for name in ("schwarzschild", "kerr")}
+    assert names == {"schwarzschild": "Automatic (Nyström 6(4))", "kerr": "Automatic (Dormand–Prince 5(4))"}
+    assert integrator_label(MODELS["kerr"](), Settings(integrator="runge_kutta_4")) == "RK4"
+    assert integrator_label(MODELS["refraction"](stepping="snell"), Settings()) == "Automatic"
 
 
 def test_too_many_steps():
@@ -167,8 +174,25 @@ def test_comparison_finds_what_is_worse():
     # A faster machine is not a difference: times are parts of the default's.
     faster = [r | {"ns_per_ray": 0.5 * r["ns_per_ray"]} for r in older]
     assert differences(same, summarise({"work_precision": faster})) == []
+    assert differences(same, {}) == [f"Gone: {key}" for key in sorted(same)]
     failed = [r | {"error_p99_px": None} for r in older]
     assert len(differences(same, summarise({"work_precision": failed}))) == 3
+
+
+@pytest.mark.parametrize(
+    ("gain", "said"),
+    [
+        (2.0, "is 2 times as fast as"),
+        (1.1, "is about as fast as"),
+        (0.9, "is about as fast as"),
+        (0.5, "takes 2 times as long as"),
+    ],
+)
+def test_stiff_cases_are_said_with_their_factor(gain, said):
+    of_all = {"case": "a", "value": "b", "reached": True}
+    records = [of_all | {"integrator": "dormand_prince_54"}, of_all | {"integrator": stiff.IMPLICIT, "gain": gain}]
+    (sentence,) = stiff.sentences(records)
+    assert sentence.startswith(f"a, b: Rosenbrock 3(2) {said}") and sentence.endswith(" the best explicit method.")
 
 
 def test_png_holds_the_pixels():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addon.core.models import MODELS
 from addon.core.reference import true_ends
 from addon.core.report import ablation, error_map, work_precision
 from addon.core.report.cases import built_in, of_scene
@@ -14,8 +15,8 @@ from addon.core.report.dangers import sentences
 from addon.core.report.make_report import MAPPED, write
 from addon.core.report.methods import Method
 from addon.core.report.work_precision import Effort, bounding_sphere_floor, precision, run_case
-from addon.core.scene import Scene
-from addon.core.settings import WITH_ERROR_ESTIMATE, Settings
+from addon.core.scene import Scene, SceneError
+from addon.core.settings import WITH_ERROR_ESTIMATE, Settings, SettingsError
 from addon.core.trace import Cancelled, render, trace_rays
 from tests.shaders.scenes import HOLE, camera, mixed
 
@@ -103,14 +104,16 @@ def test_measured_errors_fall_with_the_methods_order(egl, integrator, order, ste
 
 def test_the_promised_error_is_the_rendered_one(egl):
     """A setting measured on one sample of a picture has that error on other rays of it: its 99th percentile over 1024
-    others within a factor of two, which is how far two samples' 99th percentiles of this picture may differ.
+    others within a factor of two, which is how far two samples' 99th percentiles of this picture may differ where the
+    method's own error is far above rounding, as here.
     """
     case = HOLE_CASE
+    loose = Settings(integrator="dormand_prince_54", tolerance=1e-4)
     found = []
     for side in (24, 32):
         positions, directions = case.rays(side)
         truth = true_ends(case.model, positions, directions)
-        found.append(precision(case, MAPPED, positions, directions, truth)["error_p99_px_outside_band"])
+        found.append(precision(case, loose, positions, directions, truth)["error_p99_px_outside_band"])
     assert 0.5 < found[0] / found[1] < 2.0
 
 
@@ -167,6 +170,20 @@ def test_a_users_scene(egl, few_methods, tmp_path):
     assert drawn == ["error_map_0.png", "error_map_1.png", "work_precision_schwarzschild.png"]
     assert len(list(index.parent.glob("*.svg"))) == 1
     assert (index.parent / "work_precision.csv").read_text(encoding="utf-8").count("\n") == few_methods + 1
+
+
+@pytest.mark.parametrize(
+    ("model", "distance", "options", "sentence"),
+    [
+        (HOLE, 1.5, {"observer": "static"}, "horizon"),
+        (MODELS["kerr"](), 20.0, {"integrator": "nystrom_64"}, "position alone"),
+    ],
+)
+def test_a_scene_that_cannot_be_rendered_has_no_report(tmp_path, model, distance, options, sentence):
+    """It is refused before anything is measured, with the sentence that a render has."""
+    scene = Scene(camera(16, 12, position=(0.0, -distance, 0.0)), model)
+    with pytest.raises((SceneError, SettingsError), match=sentence):
+        write(tmp_path, quick=True, scene=scene, settings=Settings(**options), progress=pytest.fail)
 
 
 def test_dangers_are_named(egl):

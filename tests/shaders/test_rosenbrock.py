@@ -7,7 +7,7 @@ import pytest
 
 from addon.core.reference import angles
 from addon.core.report import stiff
-from addon.core.report.stiff import RADIUS, rest, whirl, whirl_directions
+from addon.core.report.stiff_cases import RADIUS, rest, whirl, whirl_directions
 from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import trace_rays

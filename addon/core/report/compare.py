@@ -38,9 +38,9 @@ def summarise(report: Mapping[str, object]) -> Summary:
 
 
 def differences(base: Summary, new: Summary) -> list[str]:
-    """A sentence for everything that is worse in the new one; settings that only one of them has are named."""
+    """A sentence for everything that is worse in the new one; settings that only the older one has are named."""
     found = []
-    for key in base.keys() - new.keys():
+    for key in sorted(base.keys() - new.keys()):
         found.append(f"Gone: {key}")
     for key in sorted(base.keys() & new.keys()):
         old, now = base[key], new[key]

@@ -10,8 +10,8 @@ from .canvas import Raster
 from .cases import Case
 from .columns import MAP_COLUMNS
 from .error_map import ErrorMap
-from .methods import LABELS
-from .page import Page
+from .methods import integrator_label
+from .page import Page, shown
 from .work_precision import Progress
 
 SIDE = {True: 32, False: 96}  # quick or not: pixels of the map
@@ -49,9 +49,9 @@ def write(page: Page, case: Case, settings: Settings, maps: Sequence[tuple[str, 
     """maps : of measured().  Returns the pictures as PNG, by name."""
     page.section("Where the error is")
     page.text(
-        f"{case.title}, {LABELS[settings.integrator]}, {settings.step_control}, tolerance {settings.tolerance:.3g} "
-        "rad. Left: the true error, the angle to the float64 reference. Right: what the integrator itself estimates, "
-        "which is the pass Error of a render."
+        f"{case.title}, {integrator_label(case.model, settings)}, {settings.step_control}, tolerance "
+        f"{settings.tolerance:.3g} rad. Left: the true error, the angle to the float64 reference. Right: what the "
+        "integrator itself estimates, which is the pass Error of a render."
     )
     pictures = {}
     for title, found in maps:
@@ -61,9 +61,9 @@ def write(page: Page, case: Case, settings: Settings, maps: Sequence[tuple[str, 
         page.picture(png.as_data(content), f"{title}: the true error and the estimated one")
     figures = maps[0][1].figures
     page.text(
-        f"In the whole picture the truth exceeds the estimate at {figures['truth_exceeds_estimate_percent']:.2g} % of "
-        f"the pixels, and the tolerance at {figures['truth_exceeds_tolerance_percent']:.2g} %; at the median pixel the "
-        f"estimate is {figures['estimate_over_truth_median']:.2g} times the true error.",
+        f"In the whole picture the truth exceeds the estimate at {shown(figures['truth_exceeds_estimate_percent'])} % "
+        f"of the pixels, and the tolerance at {shown(figures['truth_exceeds_tolerance_percent'])} %; at the median "
+        f"pixel the estimate is {shown(figures['estimate_over_truth_median'])} times the true error.",
         advice=True,
     )
     rows = [

@@ -1,10 +1,7 @@
-"""The report: measures everything and writes index.html, report.json, CSV tables, diagrams and a summary to compare."""
+"""The report: measures everything, and puts it together as a page with its tables, diagrams and pictures."""
 
 from __future__ import annotations
 
-import csv
-import json
-import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -16,19 +13,20 @@ import numpy as np
 from .. import device as gpu
 from ..scene import Scene
 from ..settings import Settings
+from ..trace import check, integrator_for
 from . import ablation, error_map_section, estimates, precision_section, stability, stiff, users_scene
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .columns import ABLATION_COLUMNS, ESTIMATE_COLUMNS, HALF_COLUMNS, RECOMMENDED_COLUMNS, STIFF_COLUMNS
-from .compare import summarise
 from .dangers import sentences
+from .files import file_name, save
 from .methods import LABELS
 from .page import Page
 from .plots import Diagram
 from .recommend import GOALS
 from .work_precision import FULL, QUICK, Effort, Progress, run_case
 
-MAPPED = Settings(pipeline="fused", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-4)
+MAPPED = Settings()  # the product's own
 
 
 @dataclass
@@ -60,12 +58,15 @@ def write(
     progress: Progress = lambda fraction, text: None,
 ) -> Path:
     """Measure and write; the path of index.html. What progress() raises ends the work before anything is written.
+    Raises SceneError, SettingsError at once where the user's scene cannot be rendered.
 
     scene, settings : the user's; None for all built-in models
     versions : name -> version, of what the caller runs in;  command : what repeats the report
     """
-    folder = Path(folder)
     effort = QUICK if quick else FULL
+    if scene and settings:
+        check(scene, settings)
+        integrator_for(scene.model, settings)
     cases = (
         [of_scene(scene, settings)]
         if scene
@@ -82,7 +83,7 @@ def write(
     else:
         precision_section.in_short(page, measured)
     diagrams = {
-        f"work_precision_{_file_name(diagram.title)}": diagram
+        f"work_precision_{file_name(diagram.title)}": diagram
         for diagram in precision_section.write(page, effort, measured, objects=bool(scene))
     }
     told = _part(progress, 0.9, 1.0) if scene else _part(progress, 0.6, 0.7)
@@ -93,22 +94,7 @@ def write(
         diagrams |= _stability(report, page, quick, _part(progress, 0.8, 0.95))
         _stiff(report, page, quick, _part(progress, 0.95, 1.0))
     progress(1.0, "Writing")
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, diagram in diagrams.items():
-        (folder / f"{name}.svg").write_text(diagram.as_svg(), encoding="utf-8")
-        pictures[name] = diagram.as_png()
-    for name, content in pictures.items():
-        (folder / f"{name}.png").write_bytes(content)
-    for name, rows in report.lists().items():
-        if not rows:
-            continue
-        _write_csv(folder / f"{name}.csv", rows)
-    content = {"environment": report.environment} | report.lists()
-    _write_json(folder / "report.json", content)
-    _write_json(folder / "summary.json", summarise(content))
-    index = folder / "index.html"
-    index.write_text(page.html(), encoding="utf-8")
-    return index
+    return save(Path(folder), page, report.environment, report.lists(), diagrams, pictures)
 
 
 # The parts of the page
@@ -161,7 +147,7 @@ def _users(
         "Measured on other rays of the picture than those of the diagram, with the scene's objects: the error that 99 "
         "of 100 rays stay below (a ray that sees something else than the reference does counts as infinitely wrong), "
         "beside what was promised of the sky alone. Cheaper settings that do not keep below half of the goal here are "
-        "passed over."
+        "passed over. Use This Setting in the panel sets all of it; Tolerance is in pixels there."
     )
     page.table(_labelled(report.recommended), RECOMMENDED_COLUMNS)
     page.text(
@@ -180,7 +166,9 @@ def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) ->
     page.section("Left out and accelerated")
     page.text(
         "What each thing that is accelerated or left out saves: milliseconds of tracing with and without it, and how "
-        "far the pictures differ (NaN where the scene has to be another one)."
+        "far the pictures differ (NaN where the scene has to be another one). Fused: "
+        f"{LABELS[ablation.FUSED.integrator]}, embedded, tolerance {ablation.FUSED.tolerance:g} rad; paper: "
+        f"{LABELS[ablation.PAPER.integrator]}, step doubling, tolerance {ablation.PAPER.tolerance:g} rad."
     )
     page.table(report.ablation, ABLATION_COLUMNS)
     progress(0.8, "16-bit rays")
@@ -196,7 +184,7 @@ def _ablation(report: Report, page: Page, effort: Effort, progress: Progress) ->
 def _stability(report: Report, page: Page, quick: bool, progress: Progress) -> dict[str, Diagram]:
     report.stability = stability.run(quick, progress)
     drawn = stability.write(page, report.stability)
-    return {f"stability_{_file_name(diagram.title)}": diagram for diagram in drawn}
+    return {f"stability_{file_name(diagram.title)}": diagram for diagram in drawn}
 
 
 def _stiff(report: Report, page: Page, quick: bool, progress: Progress) -> None:
@@ -219,7 +207,7 @@ def _labelled(rows: Sequence[dict]) -> list[dict]:
     return [row | {"integrator": LABELS[row["integrator"]]} for row in rows]
 
 
-# Files
+# What it was measured with
 
 
 def _environment(versions: Mapping[str, str], command: str, effort: Effort) -> dict[str, str]:
@@ -246,33 +234,6 @@ def _version_of(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "unknown"
-
-
-def _write_csv(path: Path, rows: Sequence[dict]) -> None:
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, keys)
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def _write_json(path: Path, content: object) -> None:
-    """NaN becomes null: JSON has no other word for it."""
-    path.write_text(json.dumps(_without_nan(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _without_nan(content: object) -> object:
-    if isinstance(content, dict):
-        return {key: _without_nan(value) for key, value in content.items()}
-    if isinstance(content, list):
-        return [_without_nan(value) for value in content]
-    if isinstance(content, float) and not math.isfinite(content):
-        return None
-    return content
-
-
-def _file_name(title: str) -> str:
-    return "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in title.lower()).strip("_")
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:

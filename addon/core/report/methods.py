@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..models import Model
 from ..settings import INTEGRATORS, PIPELINES, STEP_CONTROLS, WITH_ERROR_ESTIMATE, Settings
-from ..trace import integrator_shader
+from ..trace import integrator_for, integrator_shader
 
 FACTORS = {  # constant steps, in units of the model's default step, which suits Euler's method
     "euler": (8.0, 4.0, 2.0, 1.0, 0.5, 0.25),
@@ -72,6 +72,12 @@ METHODS = tuple(
     for control in STEP_CONTROLS
     if integrator != "automatic" and (control != "embedded" or integrator in WITH_ERROR_ESTIMATE)
 )
+
+
+def integrator_label(model: Model, settings: Settings) -> str:
+    """With what Automatic takes for this law."""
+    label, taken = LABELS[settings.integrator], integrator_for(model, settings)
+    return f"{label} ({LABELS[taken]})" if settings.integrator == "automatic" and taken in LABELS else label
 
 
 def papers_default(most_steps: int) -> Settings:
