@@ -89,8 +89,8 @@ def test_the_page_says_what_to_choose():
 
 def test_a_goal_that_nothing_reaches_is_said():
     html, _ = written({HOLE: [row(HOLE, 0.2, 100.0)]})
-    assert "none of the settings tried" in html and "No setting tried keeps below 0.1 pixel." in html
-    assert precision_section.choice(0.1, None) == "No setting tried keeps below 0.1 pixel in this scene."
+    assert "none of the settings tried" in html and "No setting tried keeps safely below 0.1 pixel." in html
+    assert precision_section.choice(0.1, None) == "No setting tried keeps safely below 0.1 pixel in this scene."
     of_scene = row(HOLE, 0.02, 1.0, value=0.25, step_control="constant")
     assert precision_section.choice(1.0, of_scene).endswith("constant, fused, with a step of 0.25 model lengths.")
 

@@ -26,6 +26,7 @@ TRIED = (
     Method("fused", "runge_kutta_4", "doubling"),
     Method("fused", "bogacki_shampine_32", "embedded"),
     Method("fused", "dormand_prince_54", "embedded"),
+    Method("fused", "nystrom_64", "embedded"),
 )
 RAYS = 600
 MOST_BEYOND = 15  # where 1 in 100 is beyond, 6 of 600 are; more than 15 with a probability of 5e-4 (Poisson)

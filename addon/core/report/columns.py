@@ -19,7 +19,7 @@ ERROR_COLUMNS = {
     "error_p99_px_outside_band": "99 %, px, without near-critical band",
     "misclassified_percent": "rays that end elsewhere, %",
     "failed_percent": "failed rays, %",
-    "drift_max": "largest drift, relative",
+    "drift_max": "largest drift of what the law conserves, relative",
     "steps_mean": "mean steps",
     "steps_max": "most steps",
     "rejected_mean": "mean rejected steps",

@@ -9,7 +9,7 @@ from itertools import pairwise
 from ..settings import PIPELINES, STEP_CONTROLS
 from .methods import LABELS, Method
 from .plots import NEUTRAL, Curve, Diagram
-from .work_precision import GOALS
+from .recommend import GOALS
 
 ERROR, TIME = "error_p99_px_outside_band", "ns_per_ray"
 ABOVE = 10.0  # times the least error: where a curve has not turned yet

@@ -59,11 +59,11 @@ def sentence(rows: list[dict], goal: float) -> str:
     """A recommendation in words."""
     row = recommendation(rows, goal)
     if row is None:
-        return f"No setting tried has errors below {goal:g} pixel."
+        return f"No setting tried has errors safely below {goal:g} pixel."
     method = Method(row["pipeline"], row["integrator"], row["step_control"])
     what = "step" if row["step_control"] == "constant" else "tolerance"
     unit = "model lengths" if row["step_control"] == "constant" else "radians"
     return (
-        f"Cheapest below {goal:g} pixel: {method.label}, {what} {row['value']:.3g} {unit}: "
+        f"Cheapest safely below {goal:g} pixel: {method.label}, {what} {row['value']:.3g} {unit}: "
         f"{row['error_p99_px_outside_band']:.2g} pixel (99th percentile), {row['ns_per_ray']:.0f} ns a ray."
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,20 +56,8 @@ QUICK = Effort(12, 24, 2, 0.02, 6, 2000, all_methods=False)
 FULL = Effort(24, 32, 5, 0.2, 10, 10_000)
 
 
-def run(cases: Iterable[Case], effort: Effort, progress: Progress) -> list[dict]:
-    """A record for every case, method and setting. What progress() raises ends the work."""
-    cases = list(cases)
-    rows = []
-    for index, case in enumerate(cases):
-
-        def told(fraction: float, text: str, begin: int = index) -> None:
-            progress((begin + fraction) / len(cases), text)
-
-        rows += run_case(case, effort, told)
-    return rows
-
-
 def run_case(case: Case, effort: Effort, progress: Progress) -> list[dict]:
+    """A record for every method and setting. What progress() raises ends the work."""
     positions, directions = case.rays(effort.side)
     in_chart = case.in_chart(positions, directions)
     truth, rounding_floor = rounding.reference_and_floor(

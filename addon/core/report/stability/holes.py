@@ -120,7 +120,7 @@ def far_camera(quick: bool) -> list[dict]:
             records.append(
                 record(
                     model.name,
-                    f"{r:g} M, {where}",
+                    f"{r:,.0f} M, {where}",
                     "shadow's radius within 0.1 pixel of Synge's",
                     "error, pixels",
                     abs(found - radius),

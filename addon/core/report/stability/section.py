@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from ...models import MODELS
 from ..methods import LABELS
 from ..page import Page
 from ..plots import Diagram
@@ -25,6 +26,7 @@ COLUMNS = {
     "pixels_changed": "pixels that show another object",
     "pixels_on_outlines": "pixels on outlines",
     "steps_max": "most steps of a ray",
+    "step": "constant step, τ",
     "mean_step": "mean step, τ",
 }
 NEVER_SHARED = ("value", "figure", "bound", "holds")  # a column each, even where all rows agree
@@ -136,11 +138,8 @@ def _table(page: Page, rows: Sequence[Mapping]) -> None:
 
 
 def _readable(row: Mapping) -> dict:
-    value = row["value"]
-    for name, label in LABELS.items():
-        value = value.replace(name, label) if isinstance(value, str) else value
     return {
-        "value": value,
+        "model": MODELS[row["model"]].label if row["model"] in MODELS else row["model"],
         "holds": VERDICTS[row["holds"]],
         "integrator": LABELS.get(row.get("integrator", ""), None),
     }
