@@ -24,48 +24,33 @@ def _near_critical(rows: Rows) -> list[Diagram]:
 
 
 def _long_run(rows: Rows) -> list[Diagram]:
-    curves = [
-        Curve(
-            LABELS[integrator],
-            [(row["value"], row["figure"]) for row in rows if row["integrator"] == integrator],
-            color=list(LABELS).index(integrator),
-        )
-        for integrator in dict.fromkeys(row["integrator"] for row in rows)
-    ]
+    curves = _by_integrator(rows, "value", "figure")
     return [Diagram("A closed orbit", "steps", "drift of energy and angular momentum, relative", curves)]
 
 
 def _thin_front(rows: Rows) -> list[Diagram]:
     swept = [row for row in rows if isinstance(row["value"], float)]
-    error, bound, step, front = (
-        [(row["value"], row[key]) for row in swept] for key in ("figure", "bound", "mean_step", "value")
-    )
+    bound = [(row["value"], row["bound"]) for row in swept if row["bound"] is not None]
+    front = [(thickness, thickness) for thickness, _ in bound]
     across = "thickness of the front / R"
     return [
         Diagram(
             "A ball behind a thin front: the error",
             across,
             "largest angle off Snell's law, radians",
-            [Curve("largest error", error), _line("thickness + float32's floor", bound)],
+            [*_by_integrator(swept, "value", "figure"), _line("thickness + float32's floor", bound)],
         ),
         Diagram(
             "A ball behind a thin front: the step",
             across,
-            "mean step of τ, R",
-            [Curve("mean step, whole ray", step), _line("the thickness itself", front)],
+            "mean step of τ over the whole ray, R",
+            [*_by_integrator(swept, "value", "mean_step"), _line("the thickness itself", front)],
         ),
     ]
 
 
 def _damping(rows: Rows) -> list[Diagram]:
-    curves = [
-        Curve(
-            LABELS[integrator],
-            [(row["kappa"], row["steps_max"]) for row in rows if row["integrator"] == integrator],
-            color=list(LABELS).index(integrator),
-        )
-        for integrator in dict.fromkeys(row["integrator"] for row in rows)
-    ]
+    curves = _by_integrator(rows, "kappa", "steps_max")
     return [Diagram("Damping: the way to rest", "damping κ, 1/τ", "most steps of a ray", curves)]
 
 
@@ -75,6 +60,18 @@ SWEPT: dict[str, Callable[[Rows], list[Diagram]]] = {
     "stiff damping": _damping,
     "long run": _long_run,
 }
+
+
+def _by_integrator(rows: Rows, across: str, up: str) -> list[Curve]:
+    """across, up : keys of the rows."""
+    return [
+        Curve(
+            LABELS[integrator],
+            [(row[across], row[up]) for row in rows if row["integrator"] == integrator],
+            color=list(LABELS).index(integrator),
+        )
+        for integrator in dict.fromkeys(row["integrator"] for row in rows)
+    ]
 
 
 def _line(label: str, points: Sequence[tuple[float, float]]) -> Curve:

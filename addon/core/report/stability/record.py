@@ -9,9 +9,9 @@ from ...status import Status
 from ...trace import RayEnds
 
 EPSILON = 2.0**-24  # float32: what a rounding is at most wrong by, relative
-EXACT = Settings(
+EXACT = Settings(  # the product's own method, with a tight tolerance
     pipeline="fused",
-    integrator="dormand_prince_54",
+    integrator="automatic",
     step_control="embedded",
     tolerance=1e-6,
     segments=20_000,

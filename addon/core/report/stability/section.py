@@ -48,8 +48,9 @@ MEANING = {
     "head-on singularity": "Rays into the singular point of a potential, and by it at a distance b, model lengths.",
     "thin front": (
         "An index that jumps from 1 to 1.5 within a fraction of R must bend light as Snell's law does. A thinner front "
-        "is nearer to Snell's, until float32 no longer resolves a place within it. value: thickness / R. To do about "
-        "it: Stepping: Snell, or a front of at least 0.001 R."
+        "is nearer to Snell's, until float32 no longer resolves a place within it. value: thickness / R. Nyström's "
+        "method, which Automatic takes here, needs more steps in a thin front than Dormand–Prince's, and gives up at "
+        "thicker ones (step too small). To do about it: Stepping: Snell, or a front of at least 0.001 R."
     ),
     "stiff Rössler and Lorenz": (
         "If a method's steps hardly become more numerous at a tighter tolerance, it is stability and not accuracy that "
