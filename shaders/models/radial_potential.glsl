@@ -11,8 +11,28 @@ uniform float u_mu;           // yukawa, 1 / model lengths
 uniform float u_R;            // cubic, model lengths
 uniform float u_strength;     // cubic, 1 / model lengths
 uniform float u_core_radius;  // model lengths
+#ifdef ONE_CENTRE
+uniform vec3 u_centre;
+
+vec3 centre(int i) {
+    return u_centre;
+}
+
+int centre_count() {
+    return 1;
+}
+#else
 uniform sampler2D u_centres;  // one texel a centre
 uniform int u_centre_count;
+
+vec3 centre(int i) {
+    return texel(u_centres, i).xyz;
+}
+
+int centre_count() {
+    return u_centre_count;
+}
+#endif
 
 float xi(float r);            // the force towards a centre
 float potential(float r);     // its integral: potential' = xi
@@ -20,7 +40,7 @@ float longest_way(float r);   // how far a step may go, r away from the nearest 
 
 float nearest(vec3 x) {
     float r = 1.0e30;
-    for (int i = 0; i < u_centre_count; ++i) r = min(r, length(x - texel(u_centres, i).xyz));
+    for (int i = 0; i < centre_count(); ++i) r = min(r, length(x - centre(i)));
     return r;
 }
 
@@ -30,8 +50,8 @@ RayState initial_state(vec3 x, vec3 d) {
 
 vec3 acceleration(vec3 x, RayState s) {
     vec3 f = vec3(0.0);
-    for (int i = 0; i < u_centre_count; ++i) {
-        vec3 outward = x - texel(u_centres, i).xyz;
+    for (int i = 0; i < centre_count(); ++i) {
+        vec3 outward = x - centre(i);
         float r = length(outward);
         if (r > 0.0) f -= xi(r) / r * outward;
     }
@@ -63,7 +83,7 @@ vec4 invariants(RayState s) {
     float energy = 0.0;
 #ifndef FORMULA
     energy = 0.5 * dot(s.v, s.v);
-    for (int i = 0; i < u_centre_count; ++i) energy += potential(length(s.x - texel(u_centres, i).xyz));
+    for (int i = 0; i < centre_count(); ++i) energy += potential(length(s.x - centre(i)));
 #endif
-    return vec4(energy, u_centre_count == 1 ? cross(s.x - texel(u_centres, 0).xyz, s.v) : vec3(0.0));
+    return vec4(energy, centre_count() == 1 ? cross(s.x - centre(0), s.v) : vec3(0.0));
 }

@@ -293,14 +293,12 @@ def test_no_step_jumps_over_a_far_ball():
 def test_centres_move_and_multiply_without_compiling():
     rays = parallel_rays(np.array([1.0, 2.0]))
     settings = replace(HIGH, max_steps=500)  # as many as one draw takes: what goes on with a ray is another program
-    trace_rays(potential(xi="coulomb"), *rays, settings)
-    before = programs()
-    trace_rays(
-        potential(xi="coulomb", k=2.0, core_radius=0.1, centres=np.random.default_rng(1).normal(size=(40, 3))),
-        *rays,
-        settings,
-    )
-    assert programs() == before
+    places = np.random.default_rng(1).normal(size=(40, 3))
+    for first, others in (([places[0]], [places[1]]), (places[:2], places)):  # one, and several: two programs
+        trace_rays(potential(xi="coulomb", centres=first), *rays, settings)
+        before = programs()
+        trace_rays(potential(xi="coulomb", k=2.0, core_radius=0.1, centres=others), *rays, settings)
+        assert programs() == before
 
 
 def test_a_centre_may_lie_anywhere():

@@ -178,7 +178,8 @@ class RadialPotential(Model):
         return (*formulas, "models/radial_potential", kind)
 
     def flags(self) -> frozenset[str]:
-        return frozenset({"cubic": (), "expression": ("SINGULAR", "FORMULA")}.get(self.xi, ("SINGULAR",)))
+        flags = {"cubic": (), "expression": ("SINGULAR", "FORMULA")}.get(self.xi, ("SINGULAR",))
+        return frozenset(flags) | ({"ONE_CENTRE"} if len(self.centres) == 1 else set())
 
     def generated(self) -> tuple[tuple[str, str], ...]:
         if self.xi != "expression":
@@ -188,9 +189,12 @@ class RadialPotential(Model):
         return (("the formula", f"// Provides a typed force.\n\nfloat xi(float r) {{\n{body}\n}}\n"),)
 
     def uniforms(self) -> dict[str, object]:
-        return super().uniforms() | {"u_centre_count": len(self.centres)}
+        return super().uniforms() | {"u_centre_count": len(self.centres), "u_centre": tuple(self.centres[0])}
 
     def textures(self) -> dict[str, np.ndarray]:
+        """One centre is a uniform: reading a texel takes longer than the rest of its force."""
+        if len(self.centres) == 1:
+            return {}
         texels = np.zeros((len(self.centres), 4), np.float32)
         texels[:, :3] = self.centres
         return {"u_centres": folded(texels)}
