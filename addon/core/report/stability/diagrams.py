@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 from ..methods import LABELS
@@ -32,6 +33,7 @@ def _thin_front(rows: Rows) -> list[Diagram]:
     swept = [row for row in rows if isinstance(row["value"], float)]
     bound = [(row["value"], row["bound"]) for row in swept if row["bound"] is not None]
     front = [(thickness, thickness) for thickness, _ in bound]
+    passed = [row for row in swept if not math.isnan(row["figure"])]  # where no ray gets through, there is no step
     across = "thickness of the front / R"
     return [
         Diagram(
@@ -44,7 +46,7 @@ def _thin_front(rows: Rows) -> list[Diagram]:
             "A ball behind a thin front: the step",
             across,
             "mean step of τ over the whole ray, R",
-            [*_by_integrator(swept, "value", "mean_step"), _line("the thickness itself", front)],
+            [*_by_integrator(passed, "value", "mean_step"), _line("the thickness itself", front)],
         ),
     ]
 
