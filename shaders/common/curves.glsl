@@ -8,7 +8,6 @@ Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after) {
 }
 
 vec3 point_at(Curve curve, float t) {
-    if (t >= 1.0) return curve.b;
     return curve.a + t * (curve.first + t * (curve.second + t * curve.third));
 }
 
@@ -27,4 +26,25 @@ float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions) {
     vec3 off1 = p1 - fractions.x * along;
     vec3 off2 = p2 - fractions.y * along;
     return 0.75 * sqrt(max(dot(off1, off1), dot(off2, off2)));
+}
+
+// How far along its chord the curve is at t, as a fraction.
+float chord_fraction(Curve curve, float t) {
+    vec3 along = curve.b - curve.a;
+    return dot(point_at(curve, t) - curve.a, along) / max(dot(along, along), 1e-30);
+}
+
+// The part of a curve between t0 and t1.
+Curve part_of(Curve curve, float t0, float t1) {
+    float share = t1 - t0;
+    return curve_through(
+        point_at(curve, t0), share * tangent_at(curve, t0), point_at(curve, t1), share * tangent_at(curve, t1));
+}
+
+// Where the parabola with these values at 0, 1/2 and 1 is zero; NaN where it is not.
+vec2 parabola_roots(float f0, float f_half, float f1) {
+    float a = 2.0 * (f0 + f1) - 4.0 * f_half;
+    float b = f1 - f0 - a;
+    float q = -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(b * b - 4.0 * a * f0));
+    return vec2(f0 / q, q / a);
 }

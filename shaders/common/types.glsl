@@ -39,7 +39,7 @@ struct Footprint {  // what a pixel covers: conjugate axes of an ellipse, as lon
     vec3 along;
 };
 #endif
-#ifdef CHORDS
+#ifdef CURVES
 
 struct Curve {  // a piece of a ray
     vec3 a;       // t = 0

@@ -7,6 +7,43 @@ uniform int u_first;
 uniform int u_count;
 #endif
 
+#ifdef CURVES
+vec3 point_at(Curve curve, float t);
+vec3 tangent_at(Curve curve, float t);
+
+// From the place that is nearest to the centre along the tangent there, into the sphere, and out of it where the piece
+// begins inside; then Newton's method on the cubic that the piece is.
+void meet_sphere(int index, Curve piece, inout Hit hit, inout bool met) {
+    vec4 sphere = texel(u_spheres, 5 * index);
+    vec3 along = piece.b - piece.a;
+    float nearest = clamp(dot(sphere.xyz - piece.a, along) / dot(along, along), 0.0, 1.0);
+    vec3 way = tangent_at(piece, nearest);
+    nearest = clamp(nearest + dot(sphere.xyz - point_at(piece, nearest), way) / dot(way, way), 0.0, 1.0);
+    way = tangent_at(piece, nearest);
+    vec3 to_centre = sphere.xyz - point_at(piece, nearest);
+    float inverse = 1.0 / dot(way, way);
+    float closest = dot(to_centre, way) * inverse;
+    vec3 gap = to_centre - closest * way;
+    float half_chord = sqrt(max(sphere.w * sphere.w - dot(gap, gap), 0.0) * inverse);
+    vec3 from_start = piece.a - sphere.xyz;
+    bool inside = dot(from_start, from_start) < sphere.w * sphere.w;
+    float t = nearest + closest + (inside ? half_chord : -half_chord);
+    float excess;
+    for (int i = 0; i < 3; ++i) {
+        vec3 outward = point_at(piece, t) - sphere.xyz;
+        excess = dot(outward, outward) - sphere.w * sphere.w;
+        float slope = 2.0 * dot(outward, tangent_at(piece, t));
+        t -= excess / slope;
+    }
+    vec3 outward = point_at(piece, t) - sphere.xyz;
+    excess = abs(dot(outward, outward) - sphere.w * sphere.w);
+    if (excess <= 1e-4 * sphere.w * sphere.w && t >= 0.0 && t < hit.fraction) {
+        hit.fraction = t;
+        hit.primitive = index;
+        met = true;
+    }
+}
+#else
 // along : of the segment;  inverse : 1 / its length squared
 void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit, inout bool met) {
     vec4 sphere = texel(u_spheres, 5 * index);
@@ -23,6 +60,7 @@ void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit,
         met = true;
     }
 }
+#endif
 
 #ifndef TREE
 bool first_hit(Segment segment, inout Hit hit) {

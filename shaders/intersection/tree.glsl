@@ -1,17 +1,27 @@
-// Provides the first object that a chord of a ray meets, from a tree of bounding boxes: addon/core/bvh.py and
+// Provides the first object that a piece of a ray meets, from a tree of bounding boxes: addon/core/bvh.py and
 // bvh_nodes.py, two texels a node, which hold both children's boxes. The nearer child is visited first, the other one
-// waits on a small stack.
+// waits on a small stack. Boxes are compared with the piece's chord, made as thick as the piece strays from it.
 
 const int STACK_SIZE = 41;
 const int DONE = -1;  // other negative numbers are leaves
 
 uniform usampler2D u_tree;
 
+#ifdef CURVES
+float chord_fraction(Curve piece, float t);
 #ifdef TRIANGLES
-void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met);
+void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met);
+#endif
+#ifdef SPHERES
+void meet_sphere(int index, Curve piece, inout Hit hit, inout bool met);
+#endif
+#else
+#ifdef TRIANGLES
+void meet_triangle(int index, Segment piece, inout Hit hit, inout bool met);
 #endif
 #ifdef SPHERES
 void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit, inout bool met);
+#endif
 #endif
 
 Probe make_probe(vec3 a, vec3 b, float radius) {
@@ -39,26 +49,38 @@ vec3 side(uvec3 cells, int place) {
     return vec3(ivec3((cells >> place) & 0xffu));
 }
 
-// The leaf's objects against one chord: those nearer than hit.fraction. A sphere's row is turned into -1 - row.
-void meet_leaf(int leaf, Segment chord, inout Hit hit, inout bool met) {
+// The leaf's objects against the piece: those nearer than hit.fraction. A sphere's row is turned into -1 - row.
+#ifdef CURVES
+void meet_leaf(int leaf, Curve piece, inout Hit hit, inout bool met) {
+#else
+void meet_leaf(int leaf, Segment piece, inout Hit hit, inout bool met) {
+#endif
     int code = -2 - leaf;
     int first = code >> 3;
     int end = first + ((code >> 1) & 3) + 1;
     bool spheres = (code & 1) == 1;
 #ifdef TRIANGLES
     int last = spheres ? first : end;
-    for (int i = first; i < last; ++i) meet_triangle(i, chord, hit, met);
+    for (int i = first; i < last; ++i) meet_triangle(i, piece, hit, met);
 #endif
 #ifdef SPHERES
-    vec3 along = chord.b - chord.a;
+#ifdef CURVES
+    for (int i = spheres ? first : end; i < end; ++i) meet_sphere(i, piece, hit, met);
+#else
+    vec3 along = piece.b - piece.a;
     float inverse = 1.0 / dot(along, along);
-    for (int i = spheres ? first : end; i < end; ++i) meet_sphere(i, chord.a, along, inverse, hit, met);
+    for (int i = spheres ? first : end; i < end; ++i) meet_sphere(i, piece.a, along, inverse, hit, met);
+#endif
     if (spheres && met) hit.primitive = -1 - hit.primitive;
 #endif
 }
 
-// The first object that the chord meets before hit.fraction. wanted : without it nothing is looked for
-bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit) {
+// The first object that the piece meets before hit.fraction. wanted : without it nothing is looked for
+#ifdef CURVES
+bool first_hit(Curve piece, Probe probe, bool wanted, inout Hit hit) {
+#else
+bool first_hit(Segment piece, Probe probe, bool wanted, inout Hit hit) {
+#endif
     int node = wanted ? 0 : DONE;
     bool met = false;
     int stack[STACK_SIZE];
@@ -89,9 +111,13 @@ bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit) {
         }
         if (node != DONE) {
             bool nearer = false;
-            meet_leaf(node, chord, hit, nearer);
+            meet_leaf(node, piece, hit, nearer);
             met = met || nearer;
+#ifdef CURVES
+            if (nearer) probe.end = min(probe.end, chord_fraction(piece, hit.fraction) * 1.00001);
+#else
             probe.end = min(probe.end, hit.fraction * 1.00001);
+#endif
             --depth;
             node = stack[depth];
         }

@@ -9,6 +9,44 @@ uniform int u_first;
 uniform int u_count;
 #endif
 
+#ifdef CURVES
+vec3 point_at(Curve curve, float t);
+vec2 parabola_roots(float f0, float f_half, float f1);
+
+const float CONVERGED = 1e-4;  // of a piece: behind such a change, Newton's next one would be below float32's rounding
+
+// Where the piece goes through the triangle's plane: as a parabola does, then by Newton's method on the cubic that it is.
+void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
+    vec3 corner = texel(u_triangles, 3 * index).xyz;
+    vec3 edge1 = texel(u_triangles, 3 * index + 1).xyz;
+    vec3 edge2 = texel(u_triangles, 3 * index + 2).xyz;
+    vec3 normal = cross(edge1, edge2);
+    float f0 = dot(piece.a - corner, normal);
+    float f1 = dot(piece.first, normal);
+    float f2 = dot(piece.second, normal);
+    float f3 = dot(piece.third, normal);
+    vec2 t = parabola_roots(f0, f0 + 0.5 * (f1 + 0.5 * (f2 + 0.5 * f3)), dot(piece.b - corner, normal));
+    float inverse = 1.0 / dot(normal, normal);
+    for (int i = 0; i < 2; ++i) {
+        float at = t[i];
+        float change = 0.0;
+        for (int round = 0; round < 3; ++round) {
+            change = (f0 + at * (f1 + at * (f2 + at * f3))) / (f1 + at * (2.0 * f2 + 3.0 * at * f3));
+            at -= change;
+        }
+        vec3 from_corner = point_at(piece, at) - corner;
+        float u = dot(cross(from_corner, edge2), normal) * inverse;
+        float v = dot(cross(edge1, from_corner), normal) * inverse;
+        // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
+        if (abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction) {
+            hit.fraction = at;
+            hit.primitive = index;
+            hit.barycentric = vec2(u, v);
+            met = true;
+        }
+    }
+}
+#else
 void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
     vec3 edge1 = texel(u_triangles, 3 * index + 1).xyz;
     vec3 edge2 = texel(u_triangles, 3 * index + 2).xyz;
@@ -29,6 +67,7 @@ void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
         met = true;
     }
 }
+#endif
 
 #ifndef TREE
 #ifdef CULL_GROUPS

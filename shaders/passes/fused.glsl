@@ -1,9 +1,10 @@
 // The fused pipeline: the whole life of a ray in one program, the unrolled loop of the paper's Section 7. Ray setup,
 // steps of the ODE, the intersection of what they give, and in the end, once, the shading of the hit or the sky.
 //
-// Steps and chords are independent (Section 3.2): steps are as long as the integrator's error allows. From where the last
-// piece of the ray ended, steps are joined to a piece until a chord would stray too far from it; then the piece is cut
-// into as many chords as it needs, unless it passes by everything.
+// Steps and what is intersected are independent (Section 3.2): steps are as long as the integrator's error allows. From
+// where the last piece of the ray ended, steps are joined to a piece, a cubic, until it bends by more than the chord
+// tolerance; then the cubic goes down the tree, in parts that are straight enough for boxes, unless it passes by
+// everything.
 //
 // A draw has to be short: a ray that is not at its end after u_draw_steps is written down, and taken up again by the next
 // draw (RESUMED).
@@ -34,13 +35,17 @@ uniform int u_steps;                    // n: as many steps of h are compared wi
 uniform float u_smallest_step;
 #endif
 uniform int u_max_steps;
-#ifdef CHORDS
+#ifdef CURVES
 uniform float u_chord_tolerance;  // radians
 uniform vec3 u_bounds_low;        // of all objects
 uniform vec3 u_bounds_high;
-const int MOST_CHORDS = 64;  // chords of a piece, at most
+const int MOST_PARTS = 64;      // of a piece
+// How far a part may stray from its chord, in diagonals of the objects' bounds. Measured with a torus of 65,536 triangles:
+// thicker ones meet more boxes, thinner ones are more parts.
+const float THICKNESS = 0.003;
 
 Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after);
+Curve part_of(Curve curve, float t0, float t1);
 vec3 point_at(Curve curve, float t);
 vec3 tangent_at(Curve curve, float t);
 float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
@@ -50,7 +55,11 @@ float entry(vec3 low, vec3 high, Probe probe);  // where the piece meets a box
 uniform float u_escape_radius;
 #endif
 #ifdef GEOMETRY
+#ifdef CURVES
+bool first_hit(Curve piece, Probe probe, bool wanted, inout Hit hit);
+#else
 bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit);
+#endif
 Probe make_probe(vec3 a, vec3 b, float radius);
 #endif
 #ifdef FAR_SIDE
@@ -162,6 +171,18 @@ bool escaped(RayState s, RayState rate) {
 }
 #endif
 
+#ifdef CURVES
+// The curve's chord, made as thick as it strays from it, and as long as its inner Bezier points reach.
+Probe thick_probe(vec3 a, vec3 before, vec3 b, vec3 after, out float strays) {
+    vec2 reach;
+    strays = stray(a, before, b, after, reach);
+    Probe probe = make_probe(a, b, strays);
+    probe.begin = min(min(reach.x, reach.y), 0.0);
+    probe.end = max(max(reach.x, reach.y), 1.0);
+    return probe;
+}
+#endif
+
 void main() {
     vec3 origin, direction;
 #ifdef QUAD_LIST
@@ -179,8 +200,8 @@ void main() {
 #ifdef GEOMETRY
     Hit hit;
     hit.fraction = 1.0;
-    Segment chord = Segment(s.x, s.x + way * s.v);
-    if (first_hit(chord, make_probe(chord.a, chord.b, 0.0), true, hit)) {
+    Segment tangent = Segment(s.x, s.x + way * s.v);
+    if (first_hit(tangent, make_probe(tangent.a, tangent.b, 0.0), true, hit)) {
         status = HIT;
         way *= hit.fraction;
     }
@@ -228,18 +249,19 @@ void main() {
 #ifdef EMBEDDED
     float demand = more.y;
 #endif
-#ifdef CHORDS
+#ifdef CURVES
     Hit hit;
-    Segment chord = Segment(s.x, s.x);
+    Segment tangent = Segment(s.x, s.x);  // where the ray hits: from there on along it
     vec3 hit_direction;
+    float thickest = THICKNESS * distance(u_bounds_low, u_bounds_high);
     vec3 piece_x = s.x;  // where the piece begins
     vec3 piece_rate = rate.x;
     float piece_tau = tau;
 #endif
     while (status == RUNNING && taken < draw_end) {
-#ifdef CHORDS
+#ifdef CURVES
         bool piece_ready = false;
-        int chords = 1;
+        int parts = 1;
         while (status == RUNNING && taken < draw_end && !piece_ready) {
 #endif
         // One step.
@@ -307,18 +329,15 @@ void main() {
 #endif
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #endif
-#ifdef CHORDS
+#ifdef CURVES
         // Is a piece due, and does it come near anything?
         float span = tau - piece_tau;
-        vec2 stands_over;
-        float strays = stray(piece_x, span * piece_rate, s.x, span * rate.x, stands_over);
-        float excess = strays / (u_chord_tolerance * max(tau * length(rate.x), 1e-30));
-        if (excess > 0.25 || status != RUNNING || taken >= draw_end) {
-            Probe probe = make_probe(piece_x, s.x, strays);
-            probe.begin = min(min(stands_over.x, stands_over.y), 0.0);
-            probe.end = max(max(stands_over.x, stands_over.y), 1.0);
-            chords = int(clamp(ceil(sqrt(excess)), 1.0, float(MOST_CHORDS)));
-            if (entry(u_bounds_low, u_bounds_high, probe) < MISSED) {
+        float strays;
+        Probe whole = thick_probe(piece_x, span * piece_rate, s.x, span * rate.x, strays);
+        float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
+        if (strays > 0.25 * tolerated || status != RUNNING || taken >= draw_end) {
+            parts = int(clamp(ceil(sqrt(strays / max(thickest, tolerated))), 1.0, float(MOST_PARTS)));
+            if (entry(u_bounds_low, u_bounds_high, whole) < MISSED) {
                 piece_ready = true;
             } else {
                 piece_x = s.x;
@@ -327,31 +346,32 @@ void main() {
             }
         }
         }
-        // The piece's chords against the objects. Those that pass by everything are skipped in a loop of their own, so
+        // The piece's parts against the objects. Those that pass by everything are skipped in a loop of their own, so
         // that rays which are drawn together go down the tree together.
         float span = tau - piece_tau;
         Curve piece = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
-        float share = 1.0 / float(chords);
-        int k = piece_ready ? 0 : chords;
-        vec3 to = piece.a;
-        while (k < chords) {
+        float share = 1.0 / float(parts);
+        int k = piece_ready ? 0 : parts;
+        while (k < parts) {
             bool near = false;
             Probe probe;
-            while (k < chords && !near) {
+            Curve part;
+            while (k < parts && !near) {
+                part = part_of(piece, float(k) * share, float(k + 1) * share);
                 ++k;
-                chord.a = to;
-                to = k == chords ? piece.b : point_at(piece, float(k) * share);
-                chord.b = to;
-                probe = make_probe(chord.a, chord.b, 0.0);
+                float strays;
+                probe = thick_probe(part.a, part.first, part.b, tangent_at(part, 1.0), strays);
                 near = entry(u_bounds_low, u_bounds_high, probe) < MISSED;
             }
             hit.fraction = 1.0;
-            if (first_hit(chord, probe, near, hit)) {
+            if (first_hit(part, probe, near, hit)) {
                 status = HIT;
-                float t = (float(k - 1) + hit.fraction) * share;
-                hit_direction = normalize(tangent_at(piece, t));
-                tau = piece_tau + t * span;
-                k = chords;
+                hit_direction = normalize(tangent_at(part, hit.fraction));
+                tangent.a = point_at(part, hit.fraction);
+                tangent.b = tangent.a + hit_direction;
+                tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
+                hit.fraction = 0.0;
+                k = parts;
             }
         }
         if (status == HIT) break;
@@ -395,16 +415,16 @@ void main() {
 #ifdef GEOMETRY
     bool is_hit = status == HIT;
     if (is_hit) {
-#ifdef CHORDS
+#ifdef CURVES
         out_v.xyz = hit_direction;
 #endif
 #ifdef TRIANGLES
-        if (hit.primitive >= 0) complete_triangle_hit(chord, hit);
+        if (hit.primitive >= 0) complete_triangle_hit(tangent, hit);
 #endif
 #ifdef SPHERES
         if (hit.primitive < 0) {
             hit.primitive = -1 - hit.primitive;
-            complete_sphere_hit(chord, hit);
+            complete_sphere_hit(tangent, hit);
         }
 #endif
         s.x = hit.position;

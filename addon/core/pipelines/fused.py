@@ -71,7 +71,7 @@ class FusedPipeline:
             flags |= {"GEOMETRY", "TREE"}
             if not request.straight:
                 files.append("common/curves")
-                flags.add("CHORDS")
+                flags.add("CURVES")
             files.append("intersection/tree")
             if packed.triangle_count:
                 files.append("intersection/triangles")
