@@ -366,7 +366,9 @@ def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
     if name in NYSTROM_METHODS:
         method = NYSTROM_METHODS[name]
         printed = ((f"integrators/{name}", method.as_glsl(continued)),)
-        return IntegratorShader((), printed, method.embedded_order + 1, step_share=method.step_share)
+        return IntegratorShader(
+            (), printed, method.embedded_order + 1, step_share=method.step_share, second_derivatives=True
+        )
     tableau = TABLEAUS.get(name)
     if tableau is None:
         return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))

@@ -34,12 +34,42 @@ float chord_fraction(Curve curve, float t) {
     return dot(point_at(curve, t) - curve.a, along) / max(dot(along, along), 1e-30);
 }
 
+#ifdef QUINTIC
+// With the second derivatives at a and b, too, the ray is a quintic, right to sixth order: the cubic, and
+//
+//     t^2 (1 - t)^2 ((1 - t) bend_a + t bend_b) / 2
+//
+// where bend_a and bend_b are what the cubic's second derivatives lack.
+
+// force : the second derivative at a, d2x/dt2
+vec3 bend_a(Curve curve, vec3 force) {
+    return force - 2.0 * curve.second;
+}
+
+vec3 bend_b(Curve curve, vec3 force) {
+    return force - 2.0 * curve.second - 6.0 * curve.third;
+}
+
+// Its part between t0 and t1, as a cubic.
+Curve part_of(Curve curve, vec3 at_a, vec3 at_b, float t0, float t1) {
+    vec2 t = vec2(t0, t1), s = 1.0 - t;
+    vec2 even = 0.5 * t * t * s * s, slope = t * s * (s - t);
+    vec3 bend0 = mix(at_a, at_b, t0), bend1 = mix(at_a, at_b, t1);
+    float share = t1 - t0;
+    return curve_through(
+        point_at(curve, t0) + even.x * bend0,
+        share * (tangent_at(curve, t0) + slope.x * bend0 + even.x * (at_b - at_a)),
+        point_at(curve, t1) + even.y * bend1,
+        share * (tangent_at(curve, t1) + slope.y * bend1 + even.y * (at_b - at_a)));
+}
+#else
 // The part of a curve between t0 and t1.
 Curve part_of(Curve curve, float t0, float t1) {
     float share = t1 - t0;
     return curve_through(
         point_at(curve, t0), share * tangent_at(curve, t0), point_at(curve, t1), share * tangent_at(curve, t1));
 }
+#endif
 
 // Where the parabola with these values at 0, 1/2 and 1 is zero; NaN where it is not.
 vec2 parabola_roots(float f0, float f_half, float f1) {

@@ -43,9 +43,18 @@ const int MOST_PARTS = 64;      // of a piece
 // How far a part may stray from its chord, in diagonals of the objects' bounds. Measured with a torus of 65,536 triangles:
 // thicker ones meet more boxes, thinner ones are more parts.
 const float THICKNESS = 0.003;
+#ifdef QUINTIC
+const float LARGEST_BEND = 0.0173;  // the largest t^2 (1 - t)^3 / 2: what an error of the second derivative does
+#endif
 
 Curve curve_through(vec3 a, vec3 before, vec3 b, vec3 after);
+#ifdef QUINTIC
+vec3 bend_a(Curve curve, vec3 force);
+vec3 bend_b(Curve curve, vec3 force);
+Curve part_of(Curve curve, vec3 at_a, vec3 at_b, float t0, float t1);
+#else
 Curve part_of(Curve curve, float t0, float t1);
+#endif
 vec3 point_at(Curve curve, float t);
 vec3 tangent_at(Curve curve, float t);
 float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
@@ -257,6 +266,9 @@ void main() {
     vec3 piece_x = s.x;  // where the piece begins
     vec3 piece_rate = rate.x;
     float piece_tau = tau;
+#ifdef QUINTIC
+    vec3 piece_force = rate.v;
+#endif
 #endif
     while (status == RUNNING && taken < draw_end) {
 #ifdef CURVES
@@ -336,13 +348,26 @@ void main() {
         Probe whole = thick_probe(piece_x, span * piece_rate, s.x, span * rate.x, strays);
         float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
         if (strays > 0.25 * tolerated || status != RUNNING || taken >= draw_end) {
-            parts = int(clamp(ceil(sqrt(strays / max(thickest, tolerated))), 1.0, float(MOST_PARTS)));
+            float needed = sqrt(strays / max(thickest, tolerated));
+#ifdef QUINTIC
+            // A cubic's error falls with the fourth power of its length.
+            Curve cubic = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+            float off = LARGEST_BEND
+                * (length(bend_a(cubic, span * span * piece_force)) + length(bend_b(cubic, span * span * rate.v)));
+            needed = max(needed, sqrt(sqrt(off / (0.25 * tolerated))));
+            whole.to_low += off;
+            whole.to_high -= off;
+#endif
+            parts = int(clamp(ceil(needed), 1.0, float(MOST_PARTS)));
             if (entry(u_bounds_low, u_bounds_high, whole) < MISSED) {
                 piece_ready = true;
             } else {
                 piece_x = s.x;
                 piece_rate = rate.x;
                 piece_tau = tau;
+#ifdef QUINTIC
+                piece_force = rate.v;
+#endif
             }
         }
         }
@@ -350,6 +375,10 @@ void main() {
         // that rays which are drawn together go down the tree together.
         float span = tau - piece_tau;
         Curve piece = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+#ifdef QUINTIC
+        vec3 at_a = bend_a(piece, span * span * piece_force);
+        vec3 at_b = bend_b(piece, span * span * rate.v);
+#endif
         float share = 1.0 / float(parts);
         int k = piece_ready ? 0 : parts;
         while (k < parts) {
@@ -357,7 +386,11 @@ void main() {
             Probe probe;
             Curve part;
             while (k < parts && !near) {
+#ifdef QUINTIC
+                part = part_of(piece, at_a, at_b, float(k) * share, float(k + 1) * share);
+#else
                 part = part_of(piece, float(k) * share, float(k + 1) * share);
+#endif
                 ++k;
                 float strays;
                 probe = thick_probe(part.a, part.first, part.b, tangent_at(part, 1.0), strays);
@@ -378,6 +411,9 @@ void main() {
         piece_x = s.x;
         piece_rate = rate.x;
         piece_tau = tau;
+#ifdef QUINTIC
+        piece_force = rate.v;
+#endif
 #endif
     }
 #endif

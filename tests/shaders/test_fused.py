@@ -163,6 +163,29 @@ def test_parabolas_meet_planes_and_spheres_where_they_go_in():
     assert compared > 1000 and worst < 1.0
 
 
+def test_hits_of_long_steps_lie_on_the_ray():
+    """Lorenz, whose force changes fast along a step of Nystrom's method: a cubic through its ends strays by four times
+    the tolerance. Against DOP853 at the tau of the hit; the ray and the piece may each be wrong by the tolerance.
+    """
+    model = MODELS["lorenz"](strength=2e-5, reach=60.0)
+    generator = np.random.default_rng(2)
+    balls = scenes.spheres(generator.uniform(-9.0, 9.0, (150, 3)), 0.7)
+    view = scenes.camera(48, 36, (0.0, -27.0, 4.5), (0.0, 0.0, 0.0), half=0.4)
+    scene = Scene(view, model, spheres=balls, materials=(Material("White"),))
+    settings = Settings(passes=PASSES)
+    passes = render(scene, settings).passes
+    hits = np.flatnonzero(passes["Status"].ravel() == Status.HIT)[::9]
+    origins, directions = (values.reshape(-1, 3) for values in truth.camera_rays(view))
+    ratios = []
+    for i in hits:
+        tau = float(passes["Depth"].ravel()[i])
+        state = truth.integrate(model, np.concatenate([origins[i], directions[i]])[None], tau)[0]
+        off = np.linalg.norm(passes["Position"].reshape(-1, 3)[i] - state[:3])
+        ratios.append(off / (settings.tolerance * tau))
+    print(f"{len(hits)} hits, off by up to {max(ratios):.2f} of the tolerance")
+    assert len(hits) > 40 and max(ratios) < 2.0
+
+
 @pytest.mark.parametrize("b", [5.4, 6.0, 10.0, 30.0])
 def test_rays_meet_darwins_deflection(b):
     """From 1e4 M with the sphere at 1e3 M, what is missing outside it is 1.5 b^3 / r^4 and below 1e-7."""

@@ -72,6 +72,8 @@ class FusedPipeline:
             if not request.straight:
                 files.append("common/curves")
                 flags.add("CURVES")
+                if request.integrator.second_derivatives:
+                    flags.add("QUINTIC")
             files.append("intersection/tree")
             if packed.triangle_count:
                 files.append("intersection/triangles")

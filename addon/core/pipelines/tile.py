@@ -49,6 +49,7 @@ class IntegratorShader:
     rounding : of that estimate, as a multiple of an explicit method's
     step_share : of a ray's tolerance, what one step may be estimated at. Measured: the errors of a ray sum up to a
     hundred of them (Lorenz, Dormand and Prince's method)
+    second_derivatives : whether v of the derivative is the second derivative of x
     """
 
     files: tuple[str, ...] = ()
@@ -56,6 +57,7 @@ class IntegratorShader:
     error_order: int = 0
     rounding: float = 1.0
     step_share: float = 0.01
+    second_derivatives: bool = False
 
     def step_tolerance(self, tolerance: float) -> float:
         """What a step's estimate may be, radians, where the whole ray may be wrong by the tolerance."""
