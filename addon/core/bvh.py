@@ -32,12 +32,14 @@ class Tree:
     """nodes : uint32, (n, 2, 4), of bvh_nodes.py; the root is node 0
     triangles, spheres : the order that leaves count in, as rows of the arrays the tree was built from
     bounds : float32, (2, 3), low and high corner of everything
+    leaf_size : the median diagonal of the leaves' boxes
     """
 
     nodes: np.ndarray
     triangles: np.ndarray
     spheres: np.ndarray
     bounds: np.ndarray
+    leaf_size: float
 
 
 @dataclass(eq=False)
@@ -73,7 +75,9 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     is_sphere = order >= triangle_count
     nodes = flatten(joined(upper, cell_order, lower), np.cumsum(is_sphere) - is_sphere, is_sphere)
     bounds = upper.boxes[:, 0] * np.repeat(np.float32([1, -1]), 3)
-    return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, bounds.reshape(2, 3))
+    leaves = lower.boxes[:, lower.left < 0].astype(np.float64)
+    leaf_size = float(np.median(np.linalg.norm(leaves[:3] + leaves[3:], axis=0)))
+    return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, bounds.reshape(2, 3), leaf_size)
 
 
 def grid_cells(boxes: np.ndarray, triangle_count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,7 @@ class Packed:
     """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4); the tree's is uint32
     bounds_radius : of all objects around the model's centre, model lengths
     bounds : float32, (2, 3), low and high corner of all objects, model lengths, where there is a tree
+    leaf_size : the usual diagonal of the tree's leaves, model lengths
     """
 
     arrays: dict[str, np.ndarray]
@@ -37,6 +38,7 @@ class Packed:
     bounds_radius: float
     warnings: tuple[str, ...] = ()
     bounds: np.ndarray | None = None
+    leaf_size: float = 0.0
 
     @property
     def bytes(self) -> int:
@@ -61,11 +63,11 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
     triangles = triangle_texels(scene)
     spheres, sphere_warnings = _usable_spheres(scene)
     arrays: dict[str, np.ndarray] = {}
-    radius, bounds = triangles.radius, None
+    radius, bounds, leaf_size = triangles.radius, None, 0.0
     rows = np.flatnonzero(triangles.usable)
     if tree and (len(rows) or len(spheres)):
         grown = bvh.build(triangles.boxes[rows], sphere_boxes(spheres, scene))
-        arrays["u_tree"], bounds = folded(grown.nodes.reshape(-1, 4)), grown.bounds
+        arrays["u_tree"], bounds, leaf_size = folded(grown.nodes.reshape(-1, 4)), grown.bounds, grown.leaf_size
         rows, spheres = rows[grown.triangles], rows_of(spheres, grown.spheres)
     elif len(rows):
         corners = scene.placement.points_to_model(scene.triangles.positions[rows])
@@ -89,7 +91,7 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
             if mipmaps:
                 arrays["u_mip_table"], arrays["u_image_mips"] = pack_mipmaps(scene)
     warnings = (*triangles.warnings, *sphere_warnings)
-    return Packed(arrays, len(rows), len(spheres), len(lights), radius, warnings, bounds)
+    return Packed(arrays, len(rows), len(spheres), len(lights), radius, warnings, bounds, leaf_size)
 
 
 def lit(scene: Scene) -> tuple[Light, ...]:

@@ -2,9 +2,9 @@
 // steps of the ODE, the intersection of what they give, and in the end, once, the shading of the hit or the sky.
 //
 // Steps and what is intersected are independent (Section 3.2): steps are as long as the integrator's error allows. From
-// where the last piece of the ray ended, steps are joined to a piece, a cubic, until it bends by more than the chord
-// tolerance; then the cubic goes down the tree, in parts that are straight enough for boxes, unless it passes by
-// everything.
+// where the last piece of the ray ended, steps are joined to a piece, a cubic or a quintic, until it bends by more than
+// the chord tolerance; then it goes down the tree, as curved parts that are straight enough for boxes, or as chords that
+// the tolerance allows, unless it passes by everything.
 //
 // A draw has to be short: a ray that is not at its end after u_draw_steps is written down, and taken up again by the next
 // draw (RESUMED).
@@ -39,10 +39,8 @@ uniform int u_max_steps;
 uniform float u_chord_tolerance;  // radians
 uniform vec3 u_bounds_low;        // of all objects
 uniform vec3 u_bounds_high;
-const int MOST_PARTS = 64;      // of a piece
-// How far a part may stray from its chord, in diagonals of the objects' bounds. Measured with a torus of 65,536 triangles:
-// thicker ones meet more boxes, thinner ones are more parts.
-const float THICKNESS = 0.003;
+uniform float u_stray_limit;      // how far a part of a piece may stray from its chord
+const int MOST_PARTS = 64;        // of a piece
 #ifdef QUINTIC
 const float LARGEST_BEND = 0.0173;  // the largest t^2 (1 - t)^3 / 2: what an error of the second derivative does
 #endif
@@ -262,7 +260,6 @@ void main() {
     Hit hit;
     Segment tangent = Segment(s.x, s.x);  // where the ray hits: from there on along it
     vec3 hit_direction;
-    float thickest = THICKNESS * distance(u_bounds_low, u_bounds_high);
     vec3 piece_x = s.x;  // where the piece begins
     vec3 piece_rate = rate.x;
     float piece_tau = tau;
@@ -274,6 +271,7 @@ void main() {
 #ifdef CURVES
         bool piece_ready = false;
         int parts = 1;
+        bool straight = false;
         while (status == RUNNING && taken < draw_end && !piece_ready) {
 #endif
         // One step.
@@ -348,7 +346,11 @@ void main() {
         Probe whole = thick_probe(piece_x, span * piece_rate, s.x, span * rate.x, strays);
         float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
         if (strays > 0.25 * tolerated || status != RUNNING || taken >= draw_end) {
-            float needed = sqrt(strays / max(thickest, tolerated));
+            // Chords where the tolerance allows them to be as long as curved parts; they meet fewer boxes.
+            float chords = ceil(sqrt(strays / tolerated));
+            float needed = ceil(sqrt(strays / max(u_stray_limit, 1e-30)));
+            straight = chords <= needed;
+            if (straight) needed = chords;
 #ifdef QUINTIC
             // A cubic's error falls with the fourth power of its length.
             Curve cubic = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
@@ -392,6 +394,7 @@ void main() {
                 part = part_of(piece, float(k) * share, float(k + 1) * share);
 #endif
                 ++k;
+                if (straight) part = Curve(part.a, part.b, part.b - part.a, vec3(0.0), vec3(0.0));
                 float strays;
                 probe = thick_probe(part.a, part.first, part.b, tangent_at(part, 1.0), strays);
                 near = entry(u_bounds_low, u_bounds_high, probe) < MISSED;

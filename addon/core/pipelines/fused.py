@@ -22,6 +22,9 @@ from .tile import Request, Stopwatch, TileEnds, shading_choice
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
+# How far a part of a ray may stray from its chord, in leaves of the tree. Measured with a torus of 256 to 1,048,576
+# triangles and 1 to 1000 spheres: thicker ones meet more leaves, thinner ones are more parts.
+THICKNESS = 0.2
 HALVES = ("u_image_texels", "u_image_mips")  # textures of half floats
 SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 32, 512  # pixels a side
 STEPS_A_DRAW = 512  # of a ray; the same for every draw, so that a picture does not depend on how long draws take
@@ -290,6 +293,7 @@ class FusedPipeline:
         }
         if request.packed.bounds is not None:
             values["u_bounds_low"], values["u_bounds_high"] = (tuple(corner) for corner in request.packed.bounds)
+            values["u_stray_limit"] = THICKNESS * request.packed.leaf_size
         return values
 
     def _read(self, columns: int, rows: int, state: bool = False) -> dict[str, np.ndarray]:
