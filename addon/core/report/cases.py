@@ -138,4 +138,4 @@ def built_in() -> list[Case]:
     ]
 
 
-QUICK = ("Explosion",)  # left out where time is short
+QUICK = ("Explosion", "Yukawa potential", "A typed force, softened Coulomb")  # left out where time is short
