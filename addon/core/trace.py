@@ -344,36 +344,36 @@ def finite_sky(faces: np.ndarray | None) -> np.ndarray | None:
     return None if faces is None else np.nan_to_num(faces, nan=0.0, posinf=BRIGHTEST, neginf=0.0)
 
 
+def suits(integrator: str, model: Model) -> bool:
+    """Whether the integrator can take steps of the model's rays."""
+    return integrator not in NYSTROM_METHODS or model.force_of_position()
+
+
 def integrator_for(model: Model, settings: Settings) -> str:
     """The integrator that takes the steps. Raises SettingsError where the chosen one cannot."""
     name = settings.integrator
-    if name == "nystrom_64" and not model.force_of_position():
+    if not suits(name, model):
         raise SettingsError(
-            f"Integrator 'nystrom_64' needs a force of the position alone, which model '{model.name}' does not "
+            f"Integrator '{name}' needs a force of the position alone, which model '{model.name}' does not "
             "have. Choose 'automatic' or another one."
         )
     if name == "automatic":
-        name = "nystrom_64" if model.force_of_position() else "dormand_prince_54"
+        name = "nystrom_64" if suits("nystrom_64", model) else "dormand_prince_54"
     return model.own_integrator() or name
 
 
 def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
     """Files for the simple methods, printed text for the others. continued : as integrators/continued.glsl has it"""
-    if name in ROSENBROCK_METHODS:
-        method = ROSENBROCK_METHODS[name]
-        printed = ((f"integrators/{name}", method.as_glsl(continued)),)
-        return IntegratorShader(("integrators/linearised",), printed, method.embedded_order + 1, ROUNDING)
-    if name in NYSTROM_METHODS:
-        method = NYSTROM_METHODS[name]
-        printed = ((f"integrators/{name}", method.as_glsl(continued)),)
-        return IntegratorShader(
-            (), printed, method.embedded_order + 1, step_share=method.step_share, second_derivatives=True
-        )
-    tableau = TABLEAUS.get(name)
-    if tableau is None:
+    method = (TABLEAUS | NYSTROM_METHODS | ROSENBROCK_METHODS).get(name)
+    if method is None:
         return IntegratorShader(files=(f"integrators/{name}", *(("integrators/continued",) if continued else ())))
-    order = 0 if tableau.embedded is None else tableau.embedded_order + 1
-    return IntegratorShader(generated=((f"integrators/{name}", tableau.as_glsl(continued)),), error_order=order)
+    printed = ((f"integrators/{name}", method.as_glsl(continued)),)
+    order = 0 if method.embedded is None else method.embedded_order + 1
+    if name in ROSENBROCK_METHODS:
+        return IntegratorShader(("integrators/linearised",), printed, order, ROUNDING)
+    if name in NYSTROM_METHODS:
+        return IntegratorShader((), printed, order, step_share=method.step_share, second_derivatives=True)
+    return IntegratorShader((), printed, order)
 
 
 def camera_uniforms(scene: Scene) -> dict[str, object]:

@@ -207,8 +207,8 @@ void main() {
 #ifdef GEOMETRY
     Hit hit;
     hit.fraction = 1.0;
-    Segment tangent = Segment(s.x, s.x + way * s.v);
-    if (first_hit(tangent, make_probe(tangent.a, tangent.b, 0.0), true, hit)) {
+    Segment line = Segment(s.x, s.x + way * s.v);
+    if (first_hit(line, make_probe(line.a, line.b, 0.0), true, hit)) {
         status = HIT;
         way *= hit.fraction;
     }
@@ -258,14 +258,11 @@ void main() {
 #endif
 #ifdef CURVES
     Hit hit;
-    Segment tangent = Segment(s.x, s.x);  // where the ray hits: from there on along it
+    Segment line = Segment(s.x, s.x);  // where the ray hits: from there on along it
     vec3 hit_direction;
     vec3 piece_x = s.x;  // where the piece begins
-    vec3 piece_rate = rate.x;
+    RayState piece_rate = rate;
     float piece_tau = tau;
-#ifdef QUINTIC
-    vec3 piece_force = rate.v;
-#endif
 #endif
     while (status == RUNNING && taken < draw_end) {
 #ifdef CURVES
@@ -343,7 +340,7 @@ void main() {
         // Is a piece due, and does it come near anything?
         float span = tau - piece_tau;
         float strays;
-        Probe whole = thick_probe(piece_x, span * piece_rate, s.x, span * rate.x, strays);
+        Probe whole = thick_probe(piece_x, span * piece_rate.x, s.x, span * rate.x, strays);
         float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
         if (strays > 0.25 * tolerated || status != RUNNING || taken >= draw_end) {
             // Chords where the tolerance allows them to be as long as curved parts; they meet fewer boxes.
@@ -353,9 +350,9 @@ void main() {
             if (straight) needed = chords;
 #ifdef QUINTIC
             // A cubic's error falls with the fourth power of its length.
-            Curve cubic = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+            Curve cubic = curve_through(piece_x, span * piece_rate.x, s.x, span * rate.x);
             float off = LARGEST_BEND
-                * (length(bend_a(cubic, span * span * piece_force)) + length(bend_b(cubic, span * span * rate.v)));
+                * (length(bend_a(cubic, span * span * piece_rate.v)) + length(bend_b(cubic, span * span * rate.v)));
             needed = max(needed, sqrt(sqrt(off / (0.25 * tolerated))));
             whole.to_low += off;
             whole.to_high -= off;
@@ -365,20 +362,17 @@ void main() {
                 piece_ready = true;
             } else {
                 piece_x = s.x;
-                piece_rate = rate.x;
+                piece_rate = rate;
                 piece_tau = tau;
-#ifdef QUINTIC
-                piece_force = rate.v;
-#endif
             }
         }
         }
         // The piece's parts against the objects. Those that pass by everything are skipped in a loop of their own, so
         // that rays which are drawn together go down the tree together.
         float span = tau - piece_tau;
-        Curve piece = curve_through(piece_x, span * piece_rate, s.x, span * rate.x);
+        Curve piece = curve_through(piece_x, span * piece_rate.x, s.x, span * rate.x);
 #ifdef QUINTIC
-        vec3 at_a = bend_a(piece, span * span * piece_force);
+        vec3 at_a = bend_a(piece, span * span * piece_rate.v);
         vec3 at_b = bend_b(piece, span * span * rate.v);
 #endif
         float share = 1.0 / float(parts);
@@ -403,8 +397,8 @@ void main() {
             if (first_hit(part, probe, near, hit)) {
                 status = HIT;
                 hit_direction = normalize(tangent_at(part, hit.fraction));
-                tangent.a = point_at(part, hit.fraction);
-                tangent.b = tangent.a + hit_direction;
+                line.a = point_at(part, hit.fraction);
+                line.b = line.a + hit_direction;
                 tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
                 hit.fraction = 0.0;
                 k = parts;
@@ -412,11 +406,8 @@ void main() {
         }
         if (status == HIT) break;
         piece_x = s.x;
-        piece_rate = rate.x;
+        piece_rate = rate;
         piece_tau = tau;
-#ifdef QUINTIC
-        piece_force = rate.v;
-#endif
 #endif
     }
 #endif
@@ -458,12 +449,12 @@ void main() {
         out_v.xyz = hit_direction;
 #endif
 #ifdef TRIANGLES
-        if (hit.primitive >= 0) complete_triangle_hit(tangent, hit);
+        if (hit.primitive >= 0) complete_triangle_hit(line, hit);
 #endif
 #ifdef SPHERES
         if (hit.primitive < 0) {
             hit.primitive = -1 - hit.primitive;
-            complete_sphere_hit(tangent, hit);
+            complete_sphere_hit(line, hit);
         }
 #endif
         s.x = hit.position;

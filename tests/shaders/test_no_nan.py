@@ -13,7 +13,7 @@ from addon.core.models import MODELS, ParameterError
 from addon.core.scene import Camera, Environment, Light, Material, Placement, Scene, SceneError
 from addon.core.settings import INTEGRATORS, PASSES, PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from addon.core.status import Status
-from addon.core.trace import render
+from addon.core.trace import render, suits
 from tests.shaders import scenes
 
 EXAMPLES = int(os.environ.get("NO_NAN_EXAMPLES", "3"))  # of a model; the hunt is worth hundreds now and then
@@ -43,7 +43,7 @@ def models(draw, name):
 
 @st.composite
 def some_settings(draw, model):
-    possible = [name for name in INTEGRATORS if name != "nystrom_64" or model.force_of_position()]
+    possible = [name for name in INTEGRATORS if suits(name, model)]
     integrator = draw(st.sampled_from(possible))
     controls = ["constant", "doubling"] + ["embedded"] * (integrator in WITH_ERROR_ESTIMATE)
     control = draw(st.sampled_from(controls))

@@ -11,10 +11,9 @@ import time
 
 import numpy as np
 
-from ..nystrom import NYSTROM_METHODS
 from ..settings import WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
-from ..trace import trace_rays
+from ..trace import suits, trace_rays
 from .methods import LABELS
 from .recommend import TIE
 from .stiff_cases import StiffCase, all_cases
@@ -37,7 +36,7 @@ def run(quick: bool, progress: Progress = lambda fraction, text: None) -> list[d
     records = []
     for index, case in enumerate(cases):
         progress(index / len(cases), f"{case.title}, {case.value}")
-        suiting = [name for name in EXPLICIT if name not in NYSTROM_METHODS or case.model.force_of_position()]
+        suiting = [name for name in EXPLICIT if suits(name, case.model)]
         rows = [_cheapest(case, integrator, quick) for integrator in (*suiting, IMPLICIT)]
         explicit = min(
             (row["time_min_ms"] for row in rows if row["integrator"] in EXPLICIT and row["reached"]), default=NAN

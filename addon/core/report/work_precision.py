@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models import Model
-from ..nystrom import NYSTROM_METHODS
 from ..reference import Truth, angles, true_ends
 from ..settings import PIPELINES, WITH_ERROR_ESTIMATE, Settings
 from ..status import Status
-from ..trace import trace_rays
+from ..trace import suits, trace_rays
 from . import errors, rounding
 from .cases import Case
 from .clock import Clock, run_in_turns
@@ -47,7 +46,7 @@ class Effort:
         return [
             method
             for method in METHODS
-            if (model.force_of_position() or method.integrator not in NYSTROM_METHODS)
+            if suits(method.integrator, model)
             and (self.all_methods or method.step_control == "embedded" or method.integrator not in WITH_ERROR_ESTIMATE)
         ]
 
