@@ -13,6 +13,8 @@ from pathlib import Path
 
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
 VERSION = "#version 330 core\n"
+UNIFORM = re.compile(r"^uniform (\w+) (\w+);", re.MULTILINE)
+HELD = ("float", "int", "vec2", "vec3", "vec4")
 COMMON = ("common/types", "common/status", "common/texels", "common/finite", "common/angles", "common/progress")
 
 
@@ -58,8 +60,26 @@ def compose(choice: Choice) -> Source:
     """The whole text of a choice. Raises ShaderError where a file is missing."""
     files = (*COMMON, choice.main, *choice.files)
     texts = [(file, select(read(file), choice.flags, file)) for file in files] + list(choice.generated)
-    text = VERSION + "\n".join(f"#line 1 {number}\n{part}" for number, (_, part) in enumerate(texts))
-    return Source(text, tuple(name for name, _ in texts), tuple(re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)))
+    text = "\n".join(f"#line 1 {number}\n{part}" for number, (_, part) in enumerate(texts))
+    outputs = re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)
+    return Source(VERSION + with_held_uniforms(text), tuple(name for name, _ in texts), tuple(outputs))
+
+
+def with_held_uniforms(text: str) -> str:
+    """The text with a copy of every uniform, made once before all else; what used the uniform uses the copy.
+
+    Mesa's llvmpipe reads a uniform wherever it stands, in a loop in every round, for one pixel after the other: a tenth
+    of a frame's time. A mere copy its compiler would undo; so there is a choice to make, though no pixel is below 0.
+    """
+    kinds = {name: kind for kind, name in UNIFORM.findall(text) if kind in HELD}
+    if not kinds:
+        return text
+    declared = "".join(f"{kind} held_{name};\n" for name, kind in kinds.items())
+    text = re.sub(rf"\b({'|'.join(kinds)})\b", r"held_\1", text)
+    text = re.sub(r"^(uniform \w+) held_", r"\1 ", text, flags=re.MULTILINE)
+    text = text.replace("void main() {", "void main_with_held() {")
+    copies = (f"    held_{name} = gl_FragCoord.x < 0.0 ? {kind}(0) : {name};\n" for name, kind in kinds.items())
+    return f"{declared}{text}\nvoid main() {{\n{''.join(copies)}    main_with_held();\n}}\n"
 
 
 @cache

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from addon.core import compose as composing
-from addon.core.compose import COMMON, SHADERS, Choice, ShaderError, Source, compose, select
+from addon.core.compose import COMMON, HELD, SHADERS, Choice, ShaderError, Source, compose, select
 
 TEXT = """first
 #ifdef A
@@ -72,13 +72,18 @@ def test_every_shader_drops_its_parts(path):
     assert len(lengths) > 1, "the flags change nothing"
 
 
+def without_copies(text):
+    """As the files have it: what uses a uniform's copy uses the uniform."""
+    return text.replace("held_u_", "u_")
+
+
 def test_only_the_chosen_files_are_in_the_text():
     source = compose(Choice("passes/integrate", ("integrators/euler", "models/schwarzschild")))
     assert source.files == (*COMMON, "passes/integrate", "integrators/euler", "models/schwarzschild")
     assert source.text.startswith("#version 330 core\n")
     assert source.outputs == ("out_x", "out_v")
     for file in source.files:
-        assert (SHADERS / f"{file}.glsl").read_text(encoding="utf-8").splitlines()[0] in source.text
+        assert (SHADERS / f"{file}.glsl").read_text(encoding="utf-8").splitlines()[0] in without_copies(source.text)
     assert "straight rays" not in source.text
 
 
@@ -121,8 +126,20 @@ def test_line_numbers_in_the_text_are_those_of_the_files():
     parts = re.split(r"^#line 1 (\d+)\n", source.text, flags=re.MULTILINE)[1:]
     for number, text in zip(parts[::2], parts[1::2], strict=True):
         original = (SHADERS / f"{source.files[int(number)]}.glsl").read_text(encoding="utf-8").splitlines()
-        for written, line in zip(text.splitlines(), original, strict=False):
-            assert written in ("", line)
+        for written, line in zip(without_copies(text).splitlines(), original, strict=False):
+            assert written in ("", line) or line == "void main() {"
+
+
+def test_uniforms_are_read_once():
+    """Where they are declared, and where main() copies them; samplers and matrices stay what they are."""
+    source = compose(Choice("passes/sky", ("environment/cube", "models/schwarzschild")))
+    declared = re.findall(r"^uniform (\w+) (\w+);", source.text, re.MULTILINE)
+    assert {"float", "mat3", "samplerCube"} <= {kind for kind, _ in declared}
+    for kind, name in declared:
+        if kind in HELD:
+            assert len(re.findall(rf"\b{name}\b", source.text)) == 2 < len(re.findall(rf"\bheld_{name}\b", source.text))
+        else:
+            assert f"held_{name}" not in source.text
 
 
 def test_files_are_read_once():
