@@ -31,14 +31,12 @@ LARGEST_COUNT = 1 << 24  # rows that a leaf's code has bits for
 class Tree:
     """nodes : uint32, (n, 2, 4), of bvh_nodes.py; the root is node 0
     triangles, spheres : the order that leaves count in, as rows of the arrays the tree was built from
-    bounds : float32, (2, 3), low and high corner of everything
     leaf_size : the median diagonal of the leaves' boxes
     """
 
     nodes: np.ndarray
     triangles: np.ndarray
     spheres: np.ndarray
-    bounds: np.ndarray
     leaf_size: float
 
 
@@ -74,10 +72,9 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     cell_order, upper = grow(cell_boxes, np.array([0]), np.array([len(first)]), 1, UPPER_LEVELS)
     is_sphere = order >= triangle_count
     nodes = flatten(joined(upper, cell_order, lower), np.cumsum(is_sphere) - is_sphere, is_sphere)
-    bounds = upper.boxes[:, 0] * np.repeat(np.float32([1, -1]), 3)
     leaves = lower.boxes[:, lower.left < 0].astype(np.float64)
     leaf_size = float(np.median(np.linalg.norm(leaves[:3] + leaves[3:], axis=0)))
-    return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, bounds.reshape(2, 3), leaf_size)
+    return Tree(nodes, order[~is_sphere], order[is_sphere] - triangle_count, leaf_size)
 
 
 def grid_cells(boxes: np.ndarray, triangle_count: int) -> tuple[np.ndarray, np.ndarray]:

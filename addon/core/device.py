@@ -21,7 +21,7 @@ from .compose import SHADERS, Choice, ShaderError, Source, compose
 
 Result = TypeVar("Result")
 POLL_SECONDS = 0.05
-BYTES = {"f1": 1, "f2": 2, "f4": 4, "u4": 4}
+BYTES = {"f1": 1, "f2": 2, "f4": 4, "u1": 1, "u4": 4}
 
 
 class DeviceError(RuntimeError):
@@ -75,11 +75,11 @@ class Device:
         cube.filter = (self.ctx.LINEAR_MIPMAP_LINEAR if mipmaps else self.ctx.LINEAR, self.ctx.LINEAR)
         return cube
 
-    def volume(self, data: np.ndarray):
-        """A 3D texture for texelFetch. data : float32, (depth, rows, columns, channels)."""
+    def volume(self, data: np.ndarray, dtype: str = "f4"):
+        """A 3D texture for texelFetch. data : (depth, rows, columns, channels)."""
         depth, rows, columns, channels = data.shape
-        content = np.ascontiguousarray(data, np.float32)
-        volume = self.ctx.texture3d((columns, rows, depth), channels, content, dtype="f4")
+        content = np.ascontiguousarray(data, {"f4": np.float32, "u1": np.uint8}[dtype])
+        volume = self.ctx.texture3d((columns, rows, depth), channels, content, alignment=1, dtype=dtype)
         volume.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return volume
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from . import bvh
+from . import bvh, empty_space
+from .empty_space import EmptySpace
 from .scene import EXTENSIONS, INTERPOLATIONS, LIGHT_KINDS, Light, Scene, Spheres
 from .strips import in_strips
 
@@ -25,9 +26,10 @@ SMALLEST_LENGTH, LARGEST_LENGTH = 1e-15, 1e15  # model lengths; float32 holds th
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4); the tree's is uint32
+    """arrays : uniform name -> float32, (rows, TEXELS_PER_ROW, 4); the tree's is uint32; u_empty_space is uint8 and a
+        volume, (nz, ny, nx, 1)
     bounds_radius : of all objects around the model's centre, model lengths
-    bounds : float32, (2, 3), low and high corner of all objects, model lengths, where there is a tree
+    empty_space : among the objects, where there is a tree and rays are curved
     leaf_size : the usual diagonal of the tree's leaves, model lengths
     """
 
@@ -37,7 +39,7 @@ class Packed:
     light_count: int
     bounds_radius: float
     warnings: tuple[str, ...] = ()
-    bounds: np.ndarray | None = None
+    empty_space: EmptySpace | None = None
     leaf_size: float = 0.0
 
     @property
@@ -63,11 +65,15 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
     triangles = triangle_texels(scene)
     spheres, sphere_warnings = _usable_spheres(scene)
     arrays: dict[str, np.ndarray] = {}
-    radius, bounds, leaf_size = triangles.radius, None, 0.0
+    radius, space, leaf_size = triangles.radius, None, 0.0
     rows = np.flatnonzero(triangles.usable)
     if tree and (len(rows) or len(spheres)):
-        grown = bvh.build(triangles.boxes[rows], sphere_boxes(spheres, scene))
-        arrays["u_tree"], bounds, leaf_size = folded(grown.nodes.reshape(-1, 4)), grown.bounds, grown.leaf_size
+        boxes = triangles.boxes[rows], sphere_boxes(spheres, scene)
+        grown = bvh.build(*boxes)
+        arrays["u_tree"], leaf_size = folded(grown.nodes.reshape(-1, 4)), grown.leaf_size
+        if scene.model.curved:
+            space = empty_space.build(np.concatenate(boxes))
+            arrays["u_empty_space"] = space.clear[..., None]
         rows, spheres = rows[grown.triangles], rows_of(spheres, grown.spheres)
     elif len(rows):
         corners = scene.placement.points_to_model(scene.triangles.positions[rows])
@@ -91,7 +97,7 @@ def pack(scene: Scene, *, groups: bool = True, tree: bool = False, mipmaps: bool
             if mipmaps:
                 arrays["u_mip_table"], arrays["u_image_mips"] = pack_mipmaps(scene)
     warnings = (*triangles.warnings, *sphere_warnings)
-    return Packed(arrays, len(rows), len(spheres), len(lights), radius, warnings, bounds, leaf_size)
+    return Packed(arrays, len(rows), len(spheres), len(lights), radius, warnings, space, leaf_size)
 
 
 def lit(scene: Scene) -> tuple[Light, ...]:

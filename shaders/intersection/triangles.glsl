@@ -27,10 +27,14 @@ void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
     float f3 = dot(piece.third, normal);
     vec2 t = parabola_roots(f0, f0 + 0.5 * (f1 + 0.5 * (f2 + 0.5 * f3)), dot(piece.b - corner, normal));
     float inverse = 1.0 / dot(normal, normal);
-    for (int i = 0; i < 2; ++i) {
-        float at = t[i];
+    // The second root counts where the first one is no hit: most pieces go through a plane once.
+    float at = t.x >= -0.25 && t.x < 1.25 ? t.x : t.y;
+    bool second = at == t.y;
+    bool found = false;
+    bool going = true;
+    while (going) {
         float change = 0.0;
-        for (int round = 0; round < 3; ++round) {
+        for (int round = 0; round < 2; ++round) {
             change = (f0 + at * (f1 + at * (f2 + at * f3))) / (f1 + at * (2.0 * f2 + 3.0 * at * f3));
             at -= change;
         }
@@ -38,12 +42,16 @@ void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
         float u = dot(cross(from_corner, edge2), normal) * inverse;
         float v = dot(cross(edge1, from_corner), normal) * inverse;
         // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
-        if (abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction) {
+        found = abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction;
+        if (found) {
             hit.fraction = at;
             hit.primitive = index;
             hit.barycentric = vec2(u, v);
             met = true;
         }
+        going = !found && !second && t.y >= -0.25 && t.y < 1.25;
+        second = true;
+        at = t.y;
     }
 }
 #else

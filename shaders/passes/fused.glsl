@@ -37,8 +37,6 @@ uniform float u_smallest_step;
 uniform int u_max_steps;
 #ifdef CURVES
 uniform float u_chord_tolerance;  // radians
-uniform vec3 u_bounds_low;        // of all objects
-uniform vec3 u_bounds_high;
 uniform float u_stray_limit;      // how far a part of a piece may stray from its chord
 const int MOST_PARTS = 64;        // of a piece
 #ifdef QUINTIC
@@ -56,7 +54,8 @@ Curve part_of(Curve curve, float t0, float t1);
 vec3 point_at(Curve curve, float t);
 vec3 tangent_at(Curve curve, float t);
 float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
-float entry(vec3 low, vec3 high, Probe probe);  // where the piece meets a box
+float next_near(Curve piece, float off, float t, inout float room);
+float largest(vec3 v);
 #endif
 #else
 uniform float u_escape_radius;
@@ -179,11 +178,33 @@ bool escaped(RayState s, RayState rate) {
 #endif
 
 #ifdef CURVES
+// What lies between two states.
+struct Piece {
+    Curve curve;
+    float off;  // how far the ray may be from the curve, at most
+#ifdef QUINTIC
+    vec3 bend_a;
+    vec3 bend_b;
+#endif
+};
+
+Piece piece_between(vec3 a, RayState rate_a, vec3 b, RayState rate_b, float span) {
+    Piece piece;
+    piece.curve = curve_through(a, span * rate_a.x, b, span * rate_b.x);
+    piece.off = 0.0;
+#ifdef QUINTIC
+    piece.bend_a = bend_a(piece.curve, span * span * rate_a.v);
+    piece.bend_b = bend_b(piece.curve, span * span * rate_b.v);
+    piece.off = LARGEST_BEND * largest(abs(piece.bend_a) + abs(piece.bend_b));
+#endif
+    return piece;
+}
+
 // The curve's chord, made as thick as it strays from it, and as long as its inner Bezier points reach.
-Probe thick_probe(vec3 a, vec3 before, vec3 b, vec3 after, out float strays) {
+Probe thick_probe(Curve curve) {
     vec2 reach;
-    strays = stray(a, before, b, after, reach);
-    Probe probe = make_probe(a, b, strays);
+    float strays = stray(curve.a, curve.first, curve.b, tangent_at(curve, 1.0), reach);
+    Probe probe = make_probe(curve.a, curve.b, strays);
     probe.begin = min(min(reach.x, reach.y), 0.0);
     probe.end = max(max(reach.x, reach.y), 1.0);
     return probe;
@@ -263,12 +284,12 @@ void main() {
     vec3 piece_x = s.x;  // where the piece begins
     RayState piece_rate = rate;
     float piece_tau = tau;
+    float room = 0.0;             // cells that are known to be empty around where the piece begins
 #endif
     while (status == RUNNING && taken < draw_end) {
 #ifdef CURVES
         bool piece_ready = false;
-        int parts = 1;
-        bool straight = false;
+        float near_at = 1.0;
         while (status == RUNNING && taken < draw_end && !piece_ready) {
 #endif
         // One step.
@@ -337,64 +358,52 @@ void main() {
         else if (taken >= u_max_steps) status = STEP_LIMIT;
 #endif
 #ifdef CURVES
-        // Is a piece due, and does it come near anything?
+        // Is the piece near anything? If not, the next one begins here. Is it due?
+        Piece so_far = piece_between(piece_x, piece_rate, s.x, rate, tau - piece_tau);
+        float room_behind = room;
+        near_at = next_near(so_far.curve, so_far.off, 0.0, room_behind);
+        if (near_at >= 1.0) {
+            piece_x = s.x;
+            piece_rate = rate;
+            piece_tau = tau;
+            room = room_behind;
+        } else {
+            vec2 reach;
+            float bends = stray(piece_x, so_far.curve.first, s.x, (tau - piece_tau) * rate.x, reach);
+            piece_ready =
+                bends > 0.25 * u_chord_tolerance * tau * length(rate.x) || status != RUNNING || taken >= draw_end;
+        }
+        }
         float span = tau - piece_tau;
-        float strays;
-        Probe whole = thick_probe(piece_x, span * piece_rate.x, s.x, span * rate.x, strays);
+        Piece piece = piece_between(piece_x, piece_rate, s.x, rate, span);
+        vec2 reach;
+        float strays = stray(piece_x, span * piece_rate.x, s.x, span * rate.x, reach);
+        // Chords where the tolerance allows them to be as long as curved parts; they meet fewer boxes.
         float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
-        if (strays > 0.25 * tolerated || status != RUNNING || taken >= draw_end) {
-            // Chords where the tolerance allows them to be as long as curved parts; they meet fewer boxes.
-            float chords = ceil(sqrt(strays / tolerated));
-            float needed = ceil(sqrt(strays / max(u_stray_limit, 1e-30)));
-            straight = chords <= needed;
-            if (straight) needed = chords;
+        float chords = ceil(sqrt(strays / tolerated));
+        float needed = ceil(sqrt(strays / max(u_stray_limit, 1e-30)));
+        bool straight = chords <= needed;
+        if (straight) needed = chords;
 #ifdef QUINTIC
-            // A cubic's error falls with the fourth power of its length.
-            Curve cubic = curve_through(piece_x, span * piece_rate.x, s.x, span * rate.x);
-            float off = LARGEST_BEND
-                * (length(bend_a(cubic, span * span * piece_rate.v)) + length(bend_b(cubic, span * span * rate.v)));
-            needed = max(needed, sqrt(sqrt(off / (0.25 * tolerated))));
-            whole.to_low += off;
-            whole.to_high -= off;
+        // A cubic's error falls with the fourth power of its length.
+        needed = max(needed, sqrt(sqrt(piece.off / (0.25 * tolerated))));
 #endif
-            parts = int(clamp(ceil(needed), 1.0, float(MOST_PARTS)));
-            if (entry(u_bounds_low, u_bounds_high, whole) < MISSED) {
-                piece_ready = true;
-            } else {
-                piece_x = s.x;
-                piece_rate = rate;
-                piece_tau = tau;
-            }
-        }
-        }
+        int parts = int(clamp(ceil(needed), 1.0, float(MOST_PARTS)));
         // The piece's parts against the objects. Those that pass by everything are skipped in a loop of their own, so
         // that rays which are drawn together go down the tree together.
-        float span = tau - piece_tau;
-        Curve piece = curve_through(piece_x, span * piece_rate.x, s.x, span * rate.x);
-#ifdef QUINTIC
-        vec3 at_a = bend_a(piece, span * span * piece_rate.v);
-        vec3 at_b = bend_b(piece, span * span * rate.v);
-#endif
         float share = 1.0 / float(parts);
-        int k = piece_ready ? 0 : parts;
+        int k = piece_ready ? min(int(near_at * float(parts)), parts - 1) : parts;
         while (k < parts) {
-            bool near = false;
-            Probe probe;
-            Curve part;
-            while (k < parts && !near) {
 #ifdef QUINTIC
-                part = part_of(piece, at_a, at_b, float(k) * share, float(k + 1) * share);
+            Curve part = part_of(piece.curve, piece.bend_a, piece.bend_b, float(k) * share, float(k + 1) * share);
 #else
-                part = part_of(piece, float(k) * share, float(k + 1) * share);
+            Curve part = part_of(piece.curve, float(k) * share, float(k + 1) * share);
 #endif
-                ++k;
-                if (straight) part = Curve(part.a, part.b, part.b - part.a, vec3(0.0), vec3(0.0));
-                float strays;
-                probe = thick_probe(part.a, part.first, part.b, tangent_at(part, 1.0), strays);
-                near = entry(u_bounds_low, u_bounds_high, probe) < MISSED;
-            }
+            if (straight) part = Curve(part.a, part.b, part.b - part.a, vec3(0.0), vec3(0.0));
+            Probe probe = thick_probe(part);
             hit.fraction = 1.0;
-            if (first_hit(part, probe, near, hit)) {
+            ++k;
+            if (first_hit(part, probe, true, hit)) {
                 status = HIT;
                 hit_direction = normalize(tangent_at(part, hit.fraction));
                 line.a = point_at(part, hit.fraction);
@@ -402,6 +411,10 @@ void main() {
                 tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
                 hit.fraction = 0.0;
                 k = parts;
+            } else {
+                room = 0.0;
+                near_at = next_near(piece.curve, piece.off, float(k) * share, room);
+                k = max(k, int(near_at * float(parts)));
             }
         }
         if (status == HIT) break;

@@ -48,8 +48,6 @@ def check(triangles, spheres):
     reached[0] = 1
     deepest = 0
     kinds = {1: triangles[tree.triangles], -1: spheres[tree.spheres]}
-    every = np.concatenate([triangles, spheres])
-    assert np.array_equal(tree.bounds, np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]))
 
     def walk(row, depth):
         """What is below a node: its rows of both kinds. Its boxes hold it, and are at most two cells too large."""

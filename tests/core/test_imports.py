@@ -13,7 +13,8 @@ ADDON = REPOSITORY / "addon"
 
 # Rooms from the bottom up, as design.md lists them; rooms of one floor stand in one string.
 FLOORS = (
-    "core.scene core.status core.antialiasing core.environment_cube core.expressions core.strips core.bvh_nodes",
+    "core.scene core.status core.antialiasing core.environment_cube core.expressions core.strips core.bvh_nodes "
+    "core.clear_cells core.empty_space",
     "core.models core.tableaus core.rosenbrock core.nystrom core.dop853 core.settings core.bvh core.textures",
     "core.frame core.compose",
     "core.device",

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..clear_cells import clear_around
+
 BLOCK = 2  # cells along a block's side; shaders/media/grid.glsl has the same
 FARTHEST = 64  # blocks: still ones are not counted farther
 
@@ -28,15 +30,7 @@ def still_blocks(density: np.ndarray) -> np.ndarray:
     cells = np.pad(cells, [(0, -side % BLOCK) for side in cells.shape], constant_values=True)
     bz, by, bx = (side // BLOCK for side in cells.shape)
     still = cells.reshape(bz, BLOCK, by, BLOCK, bx, BLOCK).all(axis=(1, 3, 5))
-    counts = np.zeros(still.shape, np.float32)
-    for _ in range(FARTHEST):
-        counts += still
-        if not still.any():
-            break
-        still = np.pad(still, 1, constant_values=True)
-        for axis in range(3):
-            still = _sliding(np.logical_and, still, 3, axis)
-    return counts
+    return clear_around(still, FARTHEST).astype(np.float32)
 
 
 def _sliding(join: np.ufunc, values: np.ndarray, width: int, axis: int) -> np.ndarray:

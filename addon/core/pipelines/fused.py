@@ -73,7 +73,7 @@ class FusedPipeline:
         if packed.triangle_count or packed.sphere_count:
             flags |= {"GEOMETRY", "TREE"}
             if not request.straight:
-                files.append("common/curves")
+                files += ["common/curves", "intersection/empty_space"]
                 flags.add("CURVES")
                 if request.integrator.second_derivatives:
                     flags.add("QUINTIC")
@@ -127,24 +127,28 @@ class FusedPipeline:
     def _upload(self) -> None:
         request, device = self.request, self.device
         self.textures = {}
+        self.uploaded_bytes = 0
         for name, array in request.packed.arrays.items():
             if not device.program(self.choice).uses(name):
                 continue
             half = name in HALVES
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if half else array
             kind = "f2" if half else f"{array.dtype.kind}{array.dtype.itemsize}"
-            self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, kind)
+            if name == "u_empty_space":
+                self.textures[name] = device.volume(data, kind)
+            else:
+                self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, kind)
+            self.uploaded_bytes += data.size * int(kind[1])
         given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
-        tables = list(self.textures.values())
+            self.uploaded_bytes += data.nbytes
         skies = {"u_sky": request.cube, "u_far_sky": request.far_sky and request.far_sky.faces}
         cubes = {
             name: device.cube(faces, self.settings.filter_textures)
             for name, faces in skies.items()
             if faces is not None
         }
-        self.uploaded_bytes = sum(t.width * t.height * t.components * (2 if t.dtype == "f2" else 4) for t in tables)
         cube_bytes = sum(6 * cube.size[0] * cube.size[1] * cube.components * 4 for cube in cubes.values())
         self.uploaded_bytes += cube_bytes * 4 // 3 if self.settings.filter_textures else cube_bytes  # the mipmaps
         self.uploaded_bytes += sum(4 * data.size for data in request.model.textures.values())
@@ -291,8 +295,8 @@ class FusedPipeline:
             "u_bends_within": request.bends_within,
             "u_failed_color": MARKER if settings.failed_rays == "marker" else (0.0, 0.0, 0.0, 0.0),
         }
-        if request.packed.bounds is not None:
-            values["u_bounds_low"], values["u_bounds_high"] = (tuple(corner) for corner in request.packed.bounds)
+        if request.packed.empty_space is not None:
+            values |= request.packed.empty_space.uniforms()
             values["u_stray_limit"] = THICKNESS * request.packed.leaf_size
         return values
 
