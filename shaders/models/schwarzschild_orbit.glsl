@@ -15,14 +15,15 @@
 float bounding_radius();
 
 const float FIRST_ANGLE = 0.5;    // radians of phi, the first step that is tried: the error will tell
-const float LONGEST_ANGLE = 1.5;
-const float FARTHEST_END = 2.0;   // bounding radii, that no step goes beyond
+const float LONGEST_ANGLE = 1.5;  // the same, of a step inwards
+const float FARTHEST_END = 2.0;   // bounding radii, where the last step is to end at most
+const float SMALLEST_RADIUS = 1e-18;  // so that float32 can square u
 
 // The orbit's plane: e_r, where the ray begins, and e_phi, which way it goes around (0 for a radial ray); and h.
 void orbit_plane(RayState start, out vec3 e_r, out vec3 e_phi, out float h) {
     vec3 axis = cross(start.x, start.v);
     h = length(axis);
-    e_r = normalize(start.x);
+    e_r = start.x / max(length(start.x), SMALLEST_RADIUS);
     e_phi = cross(axis / max(h, 1e-30), e_r);
 }
 
@@ -31,7 +32,7 @@ RayState orbit_state(RayState start) {
     vec3 e_r, e_phi;
     float h;
     orbit_plane(start, e_r, e_phi, h);
-    return RayState(vec3(1.0 / length(start.x), 0.0, 0.0), vec3(-dot(start.v, e_r), h, 0.0));
+    return RayState(vec3(1.0 / max(length(start.x), SMALLEST_RADIUS), 0.0, 0.0), vec3(-dot(start.v, e_r), h, 0.0));
 }
 
 float energy_squared(RayState s) {
@@ -39,7 +40,7 @@ float energy_squared(RayState s) {
     return s.v.x * s.v.x + across * across * (1.0 - 2.0 * u_mass * s.x.x);
 }
 
-// The state in space, and tau from the ray's start on.  start : as orbit_state() has it
+// The state in space behind a step, and tau from the ray's start on.  start : as orbit_state() has it
 RayState space_state(RayState s, RayState start, out float tau) {
     vec3 e_r, e_phi;
     float h;

@@ -456,7 +456,8 @@ void main() {
     out_rejected = vec4(rejected);
 #endif
 #ifdef ORBIT
-    if (status == NOT_FINITE) tau = 0.0;
+    if (taken == 0) s = start;
+    else if (status == NOT_FINITE) tau = 0.0;
     else if (status != RUNNING) s = space_state(s, start, tau);
     if (status != RUNNING) tau += tau_before;
 #endif

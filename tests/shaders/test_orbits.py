@@ -207,6 +207,16 @@ def test_radial_rays_stay_so(egl):
     assert ends.parameter == pytest.approx(moved, rel=8 * EPS, abs=8 * EPS * 1e6)
 
 
+def test_a_ray_that_begins_at_its_end_stays_there(egl):
+    """Within the horizon, at the very centre, and outside the bounding sphere on the way out: to the bit."""
+    x = np.array([[0.0, 0.0, 0.0], [0.5, -1.0, 0.3], [3e5, 1e5, 0.0]], np.float32)
+    d = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], np.float32)
+    ends = trace_rays(scenes.HOLE, x, d, Settings())
+    assert ends.status.tolist() == [Status.ABSORBED, Status.ABSORBED, Status.ESCAPED]
+    assert np.array_equal(ends.position, x) and np.abs(ends.direction - d).max() < 2 * EPS
+    assert not ends.steps.any() and not ends.parameter.any() and np.isfinite(ends.invariant_drift).all()
+
+
 def test_light_that_circles_for_ever_ends_in_a_named_status(egl):
     """At exactly 3 M, tangentially, nothing moves u off 1 / 3 M."""
     ends = trace_rays(scenes.HOLE, [[3.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], Settings(max_steps=50))
