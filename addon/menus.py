@@ -15,7 +15,8 @@ TEXTS = {  # choice -> its label and description
     "fused": ("Fused", "The whole ray in one shader program, with a tree over the objects: much faster, same picture"),
     "automatic": (
         "Automatic",
-        "Nyström 6(4) where the force depends on the position alone, Dormand-Prince 5(4) elsewhere",
+        "Nyström 6(4) where the force depends on the position alone, by Binet's equation where a Schwarzschild hole "
+        "has no objects around; Dormand-Prince 5(4) elsewhere",
     ),
     "euler": ("Euler", "Euler's method, first order, as in the paper"),
     "verlet": ("Verlet", "Velocity Verlet, second order"),

@@ -63,7 +63,8 @@ class Settings:
 
     pipeline            one of PIPELINES
     integrator          one of INTEGRATORS; "automatic": "nystrom_64" where the force depends on the position alone,
-                        "dormand_prince_54" elsewhere; None: Euler in the paper's pipeline, automatic in the fused one
+                        in the model's chart for orbits where it has one and there are no objects; "dormand_prince_54"
+                        elsewhere; None: Euler in the paper's pipeline, automatic in the fused one
     step_control        "constant"; "doubling": the paper's step doubling with two thresholds (Section 4.2); "embedded":
                         every step is predicted from the integrator's own error estimate (WITH_ERROR_ESTIMATE);
                         None: "doubling" in the paper's pipeline, "embedded" in the fused one where the integrator can

@@ -316,18 +316,21 @@ def make_request(
         far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
     # What is stiff may decay within far less way than the model has a step for.
     smallest_part = 1e-9 if settings.integrator in ROSENBROCK_METHODS else 1e-6
-    model_flags = model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
+    model_files, model_flags = model.shader_files(), model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
+    orbit = takes_orbits(model, settings, packed)
+    if orbit:  # its steps are no lengths; what stalls is told by the chart itself
+        model_files, model_flags = (*model_files, *model.orbit_files()), model_flags | {"ORBIT"}
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
-        model=ModelShader(model.shader_files(), model_flags, model.generated(), model.textures()),
+        model=ModelShader(model_files, model_flags, model.generated(), model.textures()),
         integrator=integrator_shader(integrator_for(model, settings), settings.pipeline == "fused"),
         observer=observer,
         packed=packed,
         cube=finite_sky(scene.environment.faces) if "color" in outputs else None,
         uniforms=values,
         first_step=step,
-        smallest_step=smallest_part * min(step, model.default_step()),
+        smallest_step=0.0 if orbit else smallest_part * min(step, model.default_step()),
         escape_radius=radius,
         bends_within=model.bends_within,
         inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
@@ -360,6 +363,15 @@ def integrator_for(model: Model, settings: Settings) -> str:
     if name == "automatic":
         name = "nystrom_64" if suits("nystrom_64", model) else "dormand_prince_54"
     return model.own_integrator() or name
+
+
+def takes_orbits(model: Model, settings: Settings, packed: Packed) -> bool:
+    """Whether rays are integrated in the model's chart for orbits, which gives their ends, but not the way there, on
+    which objects would be met; with steps of its own that adapt to their errors.
+    """
+    free = settings.integrator == "automatic" and settings.step is None
+    adapts = settings.pipeline == "fused" and settings.step_control == "embedded"
+    return free and adapts and not (packed.triangle_count or packed.sphere_count) and bool(model.orbit_files())
 
 
 def integrator_shader(name: str, continued: bool = False) -> IntegratorShader:
@@ -478,6 +490,7 @@ def left_out(request: Request) -> tuple[str, ...]:
         "lights": not packed.light_count,
         "environment texture": request.cube is None,
         "integration": request.settings.max_steps == 1,
+        "positions along the rays": "ORBIT" in request.model.flags,
         "step control": request.settings.step_control == "constant",
         "observer": request.observer == "chart",
         "sky of the far side": request.far_sky is None,

@@ -1,4 +1,5 @@
-// Provides the bounding sphere of Section 4.1: it holds all objects and lies in almost flat space.
+// Provides the bounding sphere of Section 4.1: it holds all objects and lies in almost flat space. A chart of orbits has
+// an outside() of its own.
 
 vec3 ray_direction(RayState s);
 #ifdef FAR_SIDE
@@ -7,12 +8,14 @@ RayState own_side(RayState s);  // the state in the chart of the side that it is
 
 uniform float u_escape_radius;
 
+#ifndef ORBIT
 bool outside(RayState s) {
 #ifdef FAR_SIDE
     s = own_side(s);
 #endif
     return dot(s.x, s.x) > u_escape_radius * u_escape_radius && dot(s.x, ray_direction(s)) > 0.0;
 }
+#endif
 
 float bounding_radius() {
     return u_escape_radius;

@@ -11,6 +11,7 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d);
 }
 
+#ifndef ORBIT
 // At x, on the ray that comes through s: h is the same all along it.
 vec3 acceleration(vec3 x, RayState s) {
     vec3 h = cross(s.x, s.v);
@@ -22,10 +23,6 @@ RayState rhs(RayState s) {
     return RayState(s.v, acceleration(s.x, s));
 }
 
-vec3 ray_direction(RayState s) {
-    return normalize(s.v);
-}
-
 bool absorbed(RayState s) {
     return dot(s.x, s.x) <= 4.0 * u_mass * u_mass;
 }
@@ -34,6 +31,11 @@ bool absorbed(RayState s) {
 float longest_step(RayState s) {
     if (dot(s.x, s.v) > 0.0 && dot(s.x, s.x) > 16.0 * u_mass * u_mass) return 1.0e30;
     return 0.5 * length(s.x) / max(length(s.v), 1e-30);
+}
+#endif
+
+vec3 ray_direction(RayState s) {
+    return normalize(s.v);
 }
 
 // Conserved: E^2 = |v|^2 - 2 M h^2 / r^3 (with E the energy at infinity), and the vector h.

@@ -71,6 +71,14 @@ Probe make_probe(vec3 a, vec3 b, float radius);
 #ifdef FAR_SIDE
 RayState own_side(RayState s);  // the state in the chart of the side that it is on
 #endif
+#ifdef ORBIT
+// The loop's state is in a chart of its own, and tau its parameter; at both ends of the ray it is in space.
+RayState orbit_state(RayState start);
+RayState space_state(RayState s, RayState start, out float tau);
+float first_step(RayState s);
+float angular_error(RayState before, RayState after, vec3 dx, vec3 dv);
+bool stalls(RayState s, float h);
+#endif
 #ifdef DRIFT
 RayState first_state(vec3 x, vec3 direction);
 vec4 invariants(RayState s);  // what the model conserves
@@ -172,7 +180,11 @@ bool escaped(RayState s, RayState rate) {
 #ifdef FAR_SIDE
     return outside(s);
 #else
+#ifdef ORBIT
+    return outside(s);
+#else
     return dot(s.x, s.x) > bounding_radius() * bounding_radius() && dot(s.x, rate.x) > 0.0;
+#endif
 #endif
 }
 #endif
@@ -237,6 +249,10 @@ void main() {
     s.x += way * s.v;
     tau += way;
 #else
+#ifdef ORBIT
+    float tau_before;
+    RayState start = ray_start(origin, direction, bounding_radius(), tau_before);
+#endif
 #ifdef RESUMED
     vec4 x = texelFetch(u_ray_x, drawn, 0);
     vec4 v = texelFetch(u_ray_v, drawn, 0);
@@ -248,13 +264,22 @@ void main() {
     int taken = int(more.w);
     float status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
 #else
+#ifdef ORBIT
+    RayState s = orbit_state(start);
+    tau = 0.0;
+#else
     RayState s = ray_start(origin, direction, bounding_radius(), tau);
+#endif
     RayState rate = rhs(s);
+#ifdef ORBIT
+    float h = first_step(s);
+#else
 #ifdef EMBEDDED
     // Twenty steps to the bounding sphere, unless the user knows better: the error will tell.
     float h = max(u_step, u_first_reach / max(length(rate.x), 1e-30));
 #else
     float h = u_step;
+#endif
 #endif
     float status = absorbed(s) ? ABSORBED : escaped(s, rate) ? ESCAPED : RUNNING;
     int taken = 0;
@@ -442,6 +467,12 @@ void main() {
 #endif
 #ifdef REJECTED
     out_rejected = vec4(rejected);
+#endif
+#ifdef ORBIT
+    if (taken == 0) s = start;
+    else if (status == NOT_FINITE) tau = 0.0;
+    else if (status != RUNNING) s = space_state(s, start, tau);
+    if (status != RUNNING) tau += tau_before;
 #endif
 #ifdef DRIFT
     RayState end = s;

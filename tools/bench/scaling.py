@@ -19,7 +19,7 @@ TRUTH = 3000.0  # τ to which the truth is known: as far as rays go in the bound
 
 
 def measure(mode: Mode) -> Part:
-    chosen, error = within_pixels(mode.scaling_size, mode.rays, PIXELS)
+    chosen, error = within_pixels(mode.scaling_size, mode.rays, PIXELS, "nystrom_64")
     counts = [4 * rings**2 for rings in mode.triangle_rings]
     frames, prepared = {}, {}
     for count, rings in zip(counts, mode.triangle_rings, strict=True):
@@ -49,10 +49,12 @@ def measure(mode: Mode) -> Part:
 
 
 @cache
-def within_pixels(
-    size: tuple[int, int], rays: int, pixels: float, integrator: str = "automatic"
-) -> tuple[Settings, float]:
-    """The fused pipeline's loosest settings for a picture of the hole, and their error, radians."""
+def within_pixels(size: tuple[int, int], rays: int, pixels: float, integrator: str) -> tuple[Settings, float]:
+    """The fused pipeline's loosest settings for a picture of the hole, and their error, radians.
+
+    integrator : "automatic" for the sky alone, which it takes by Binet's equation; where there are objects it takes
+    "nystrom_64"
+    """
     camera = scenes.camera(size)
     bound = pixels * scenes.pixel_angle(camera)
     sample = Rays(scenes.HOLE, camera, rays, TRUTH)

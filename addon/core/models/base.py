@@ -99,6 +99,12 @@ class Model:
         """
         return False
 
+    def orbit_files(self) -> tuple[str, ...]:
+        """Files of shaders/ that define the same rays as orbits in a chart of their own, for where nothing but their
+        ends is asked for; none if the model has no such chart. They are given the flag ORBIT.
+        """
+        return ()
+
     def last_parameter(self) -> float:
         """τ at which a ray ends that has met nothing until then. If finite, flags() holds TIMED and the GLSL defines
         float time_left(float tau).

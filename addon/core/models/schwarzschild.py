@@ -41,6 +41,10 @@ class Schwarzschild(Model):
     def force_of_position(self) -> bool:
         return True
 
+    def orbit_files(self) -> tuple[str, ...]:
+        # Without a mass, a ray at the centre passes it at u = infinity.
+        return ("models/schwarzschild_orbit",) if self.mass > 0 else ()
+
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
 
