@@ -72,12 +72,12 @@ def with_held_uniforms(text: str) -> str:
     of a frame's time. A mere copy its compiler would undo; so there is a choice to make, though no pixel is below 0.
     """
     kinds = {name: kind for kind, name in UNIFORM.findall(text) if kind in HELD}
-    if not kinds:
+    if not kinds or "void main()" not in text:
         return text
     declared = "".join(f"{kind} held_{name};\n" for name, kind in kinds.items())
     text = re.sub(rf"\b({'|'.join(kinds)})\b", r"held_\1", text)
     text = re.sub(r"^(uniform \w+) held_", r"\1 ", text, flags=re.MULTILINE)
-    text = text.replace("void main() {", "void main_with_held() {")
+    text = text.replace("void main()", "void main_with_held()")
     copies = (f"    held_{name} = gl_FragCoord.x < 0.0 ? {kind}(0) : {name};\n" for name, kind in kinds.items())
     return f"{declared}{text}\nvoid main() {{\n{''.join(copies)}    main_with_held();\n}}\n"
 

@@ -127,7 +127,7 @@ def test_line_numbers_in_the_text_are_those_of_the_files():
     for number, text in zip(parts[::2], parts[1::2], strict=True):
         original = (SHADERS / f"{source.files[int(number)]}.glsl").read_text(encoding="utf-8").splitlines()
         for written, line in zip(without_copies(text).splitlines(), original, strict=False):
-            assert written in ("", line) or line == "void main() {"
+            assert written in ("", line) or line.startswith("void main")
 
 
 def test_uniforms_are_read_once():
