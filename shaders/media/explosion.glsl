@@ -7,6 +7,7 @@
 // R is the Sedov-Taylor radius of a strong blast, and thickness and roughness are parts of it: n keeps its form as it grows.
 
 vec4 noise(vec3 q, uint seed);  // gradient and value
+float time_to_ball(vec3 x, vec3 v, float radius);
 
 uniform float u_radius;
 uniform float u_time;
@@ -56,12 +57,13 @@ bool absorbed(RayState s) {
     return false;
 }
 
-// As far as the front surely is, and half its thickness within it.
+// As far as the front surely is, and half its thickness within it; through all of the space around it.
 float longest_step(RayState s) {
     float R = blast_radius();
     vec3 y = s.x / R;
     float reach = u_roughness + 0.5 * u_thickness;
     float gap = abs(length(y) - 1.0) - reach;
     if (gap < 0.0) gap = (abs(above_front(y).w) - 0.5 * u_thickness) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
-    return R * max(gap, 0.5 * u_thickness) / max(length(s.v), 1e-30);
+    float around = R * max(gap, 0.5 * u_thickness) / max(length(s.v), 1e-30);
+    return max(around, time_to_ball(s.x, s.v, R * (1.0 + reach)));
 }

@@ -2,6 +2,8 @@
 
 uniform float u_radius;
 
+float time_to_ball(vec3 x, vec3 v, float radius);
+
 vec4 medium(vec3 x) {
     float s_squared = dot(x, x) / (u_radius * u_radius);
     if (s_squared >= 1.0) return vec4(0.0, 0.0, 0.0, 1.0);
@@ -14,5 +16,5 @@ bool absorbed(RayState s) {
 
 // As far as the rim is, and a tenth of the radius within it.
 float longest_step(RayState s) {
-    return max(length(s.x) - u_radius, 0.1 * u_radius) / max(length(s.v), 1e-30);
+    return max(0.1 * u_radius / max(length(s.v), 1e-30), time_to_ball(s.x, s.v, u_radius));
 }

@@ -5,6 +5,8 @@ uniform float u_radius;
 uniform float u_strength;
 uniform float u_thickness;
 
+float time_to_ball(vec3 x, vec3 v, float radius);
+
 vec4 medium(vec3 x) {
     float r = length(x);
     float width = u_thickness * u_radius;
@@ -18,8 +20,9 @@ bool absorbed(RayState s) {
     return false;
 }
 
-// As far as the front is, and a quarter of its thickness within it.
+// As far as the front is, and a quarter of its thickness within it; through all of the space around it.
 float longest_step(RayState s) {
     float width = u_thickness * u_radius;
-    return max(abs(length(s.x) - u_radius) - 0.5 * width, 0.25 * width) / max(length(s.v), 1e-30);
+    float inside = max(abs(length(s.x) - u_radius) - 0.5 * width, 0.25 * width) / max(length(s.v), 1e-30);
+    return max(inside, time_to_ball(s.x, s.v, u_radius + 0.5 * width));
 }

@@ -153,7 +153,7 @@ class Explosion(Medium):
         return self.blast_radius() * (1.0 + self.model.roughness + 0.5 * self.model.thickness)
 
     def files(self):
-        return (*super().files(), "media/noise")
+        return (*super().files(), "media/noise", "common/vacuum")
 
 
 class Shell(Medium):
@@ -185,6 +185,9 @@ class Shell(Medium):
 
     def flat_radius(self) -> float:
         return self.model.radius * (1.0 + 0.5 * self.model.thickness)
+
+    def files(self):
+        return (*super().files(), "common/vacuum")
 
 
 class Mirage(Medium):
@@ -243,6 +246,9 @@ class Luneburg(Medium):
 
     def flat_radius(self) -> float:
         return self.model.radius
+
+    def files(self):
+        return (*super().files(), "common/vacuum")
 
 
 class Fisheye(Medium):
