@@ -4,10 +4,10 @@
 //     d^2u/dpsi^2 = h^2 (3 M u^2 - u),   dphi/dpsi = h,   du/dpsi = w = -dr/dtau
 //
 // without a root or a quotient, regular at u = 0 (infinity) and for h = 0 (radial rays); a step may be a radian of phi.
-// The state is x = (u, phi, -), v = (w, h, Q), with Q, the integral of u d psi, for tau alone: as
+// The state is x = (u, phi, -), v = (w, h, Q), with Q, the integral of h^2 u d psi, for tau alone: as
 // d(x.v)/dtau = E^2 - M h^2 u^3 in space,
 //
-//     tau = (change of x.v + M h^2 Q) / E^2,   x.v = -w / u,   E^2 = w^2 + h^2 u^2 (1 - 2 M u)
+//     tau = (change of x.v + M Q) / E^2,   x.v = -w / u,   E^2 = w^2 + h^2 u^2 (1 - 2 M u)
 //
 // Its direction in the plane is -w outwards and h u around. Source: Chandrasekhar, The Mathematical Theory of Black
 // Holes (1983), Section 20.
@@ -19,12 +19,18 @@ const float LONGEST_ANGLE = 1.5;  // the same, of a step inwards
 const float FARTHEST_END = 2.0;   // bounding radii, where the last step is to end at most
 const float SMALLEST_RADIUS = 1e-18;  // so that float32 can square u
 
-// The orbit's plane: e_r, where the ray begins, and e_phi, which way it goes around (0 for a radial ray); and h.
+// The orbit's plane: e_r, where the ray begins, and e_phi, which way it goes around; and h. A radial ray, which without a
+// mass would go through u = infinity, passes by the centre in some plane, as near as its direction's rounding.
 void orbit_plane(RayState start, out vec3 e_r, out vec3 e_phi, out float h) {
-    vec3 axis = cross(start.x, start.v);
-    h = length(axis);
-    e_r = start.x / max(length(start.x), SMALLEST_RADIUS);
-    e_phi = cross(axis / max(h, 1e-30), e_r);
+    float r = max(length(start.x), SMALLEST_RADIUS);
+    e_r = r > SMALLEST_RADIUS ? start.x / r : normalize(start.v);  // at the centre, it leaves
+    vec3 axis = cross(e_r, start.v);
+    float least = ROUNDING * length(start.v);
+    if (dot(axis, axis) < least * least) {
+        axis = least * normalize(cross(e_r, abs(e_r.z) < 0.5 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
+    }
+    e_phi = normalize(cross(axis, e_r));
+    h = r * length(axis);
 }
 
 // start : the ray's first state in space
@@ -50,13 +56,13 @@ RayState space_state(RayState s, RayState start, out float tau) {
     vec3 around = c * e_phi - sine * e_r;
     // An orbit's error must not put it behind infinity.
     float r = 1.0 / max(s.x.x, 0.5 * min(1.0 / (FARTHEST_END * bounding_radius()), 1.0 / length(start.x)));
-    tau = (-s.v.x * r - dot(start.x, start.v) + u_mass * s.v.y * s.v.y * s.v.z) / max(energy_squared(s), 1e-30);
+    tau = (-s.v.x * r - dot(start.x, start.v) + u_mass * s.v.z) / max(energy_squared(s), 1e-30);
     return RayState(r * outward, -s.v.x * outward + s.v.y * s.x.x * around);
 }
 
 vec3 acceleration(vec3 x, RayState s) {
     float h_squared = s.v.y * s.v.y;
-    return vec3(h_squared * (3.0 * u_mass * x.x - 1.0) * x.x, 0.0, x.x);
+    return vec3(h_squared * (3.0 * u_mass * x.x - 1.0) * x.x, 0.0, h_squared * x.x);
 }
 
 RayState rhs(RayState s) {

@@ -42,8 +42,7 @@ class Schwarzschild(Model):
         return True
 
     def orbit_files(self) -> tuple[str, ...]:
-        # Without a mass, a ray at the centre passes it at u = infinity.
-        return ("models/schwarzschild_orbit",) if self.mass > 0 else ()
+        return ("models/schwarzschild_orbit",)
 
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
