@@ -10,10 +10,11 @@ import numpy as np
 
 from .clear_cells import clear_around
 
-CELLS = 128  # along the longest side of the objects' bounds
-FEW, CELLS_OF_FEW = 200, 64  # objects that fewer cells tell apart as well
+FEWEST, MOST = 64, 128  # cells along an axis
+CELLS_PER_ROOT = 10.0  # and between: for every object's share of the axis, the cubic root of how many there are
 FARTHEST = 254  # cells: what a byte holds
-MARGIN = 0.01  # cells: far more than float32's rounding of a place, and of a box
+MARGIN = 0.02  # cells around every box
+FINEST = 4e-5  # cells, as parts of the largest coordinate: float32 rounds places, and the corner, by 0.006 cells then
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,31 +22,33 @@ class EmptySpace:
     """clear : uint8, (nz, ny, nx), how many cells are empty from each on in all directions, itself included; 0 where
         an object's box reaches into it
     corner : float64, (3,), the low corner of the first cell, model lengths
-    cell : a cell's side, model lengths
+    cell : float64, (3,), a cell's sides, model lengths
     """
 
     clear: np.ndarray
     corner: np.ndarray
-    cell: float
+    cell: np.ndarray
 
     def uniforms(self) -> dict[str, object]:
         """Of intersection/empty_space.glsl."""
         return {
             "u_empty_corner": tuple(self.corner),
             "u_empty_size": tuple(float(side) for side in self.clear.shape[::-1]),
-            "u_cells_per_length": 1.0 / self.cell,
+            "u_cells_per_length": tuple(1.0 / self.cell),
         }
 
 
 def build(boxes: np.ndarray) -> EmptySpace:
-    """boxes : float32, (n, 2, 3), low and high corners of the objects, model space, finite, at least one."""
+    """boxes : float32, (n, 2, 3), low and high corners of the objects, model space, finite, at least one.
+
+    Cells are as flat as all objects together are: over a floor of many lengths, a ray at a small height is far away.
+    """
     low, high = boxes[:, 0].min(axis=0).astype(np.float64), boxes[:, 1].max(axis=0).astype(np.float64)
-    # A cell is at least so large that float32 tells its places apart, also where all is a point.
-    longest = max(float((high - low).max()), 1e-3 * float(np.abs(boxes).max()), 1e-30)
-    cells = CELLS if len(boxes) > FEW else CELLS_OF_FEW
-    cell = longest / (cells - 2.0 * MARGIN)
+    finest = max(FINEST * float(np.abs(boxes).max()), 1e-30)
+    most = np.clip(CELLS_PER_ROOT * np.cbrt(len(boxes)), FEWEST, MOST)
+    size = np.clip((high - low) / finest, 1, most).astype(np.int64)
+    cell = np.maximum(high - low, finest) / (size - 2.0 * MARGIN)
     corner = low - MARGIN * cell
-    size = np.ceil((high - corner) / cell + MARGIN).astype(np.int64).clip(1, cells)
     first = ((boxes[:, 0] - corner) / cell - MARGIN).astype(np.int64)
     last = ((boxes[:, 1] - corner) / cell + MARGIN).astype(np.int64)
     clear = ~covered(first.clip(0, size - 1), last.clip(0, size - 1), size)

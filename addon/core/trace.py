@@ -285,6 +285,8 @@ def make_request(
         )
     if reach is None:
         reach = float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
+        if scene.camera.kind == "ORTHOGRAPHIC":  # rays begin all over the window
+            reach += _window_reach(scene)
     far = 0.0 if settings.step_control == "constant" else reach
     # A little more than the objects reach, so that rounding puts none of them outside.
     radius = settings.escape_radius or max(model.escape_radius(far), 1.01 * packed.bounds_radius, 1e-6)
@@ -292,8 +294,6 @@ def make_request(
     if not model.curved:  # one chord from the camera to the far side of the bounding sphere
         radius = max(1.01 * packed.bounds_radius, 1e-6)
         step = 1.01 * (reach + radius)
-        if scene.camera.kind == "ORTHOGRAPHIC":
-            step += 2.0 * _window_reach(scene)
         settings = replace(
             settings, integrator="euler", step_control="constant", segments=1, steps_per_segment=1, max_steps=1
         )

@@ -4,7 +4,7 @@
 uniform usampler3D u_empty_space;  // how many cells are empty from each on in all directions, itself included
 uniform vec3 u_empty_corner;       // the first cell's low corner, model lengths
 uniform vec3 u_empty_size;         // cells along each axis
-uniform float u_cells_per_length;
+uniform vec3 u_cells_per_length;
 
 const int MOST_STRIDES = 12;     // then the tree is quicker
 const float LEAST_STRIDE = 0.5;  // cells
@@ -24,18 +24,18 @@ float empty_around(vec3 x) {
     return max(beyond, empty - beyond) - 1.0;
 }
 
-// The first fraction from t on at which the piece is near an object; 1 where there is none, and for NaN. The derivative
-// of a cubic lies in the hull of its own Bezier points, so that no coordinate changes faster than the largest of theirs.
+// The first fraction at which the piece is near an object; 1 where there is none, and for NaN. The derivative of a cubic
+// lies in the hull of its own Bezier points, so that no coordinate changes faster than the largest of theirs.
 //
-// off : how far the ray may be from the piece, model lengths
-// room : how far all is empty around where the piece is at t, cells; behind the call, around its end
-float next_near(Curve piece, float off, float t, inout float room) {
+// off : how far the ray may be from the piece along each axis, model lengths
+// room : how far all is known to be empty around the piece's beginning, cells; behind the call, around its end
+float first_near(Curve piece, vec3 off, inout float room) {
     vec3 middle = piece.first + piece.second;
     vec3 after = middle + piece.second + 3.0 * piece.third;
-    float fastest = u_cells_per_length * largest(max(max(abs(piece.first), abs(after)), abs(middle)));
+    float fastest = largest(u_cells_per_length * max(max(abs(piece.first), abs(after)), abs(middle)));
     float inverse = 1.0 / max(fastest, 1e-30);
-    float kept_off = u_cells_per_length * off;
-    t += max(room - kept_off, 0.0) * inverse;
+    float kept_off = largest(u_cells_per_length * off);
+    float t = max(room - kept_off, 0.0) * inverse;
     for (int i = 0; i < MOST_STRIDES && t < 1.0; ++i) {
         float stride = empty_around(point_at(piece, t)) - kept_off;
         if (!(stride >= LEAST_STRIDE)) break;

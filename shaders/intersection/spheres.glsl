@@ -37,7 +37,10 @@ void meet_sphere(int index, Curve piece, inout Hit hit, inout bool met) {
     }
     vec3 outward = point_at(piece, t) - sphere.xyz;
     excess = abs(dot(outward, outward) - sphere.w * sphere.w);
-    if (excess <= 1e-4 * sphere.w * sphere.w && t >= 0.0 && t < hit.fraction) {
+    // Places of the piece have float32's rounding, which a small sphere may not be large against.
+    vec3 reach = max(abs(piece.a), abs(piece.b));
+    float rounding = 1e-6 * sphere.w * max(max(reach.x, reach.y), reach.z);
+    if (excess <= 1e-4 * sphere.w * sphere.w + rounding && t >= 0.0 && t < hit.fraction) {
         hit.fraction = t;
         hit.primitive = index;
         met = true;

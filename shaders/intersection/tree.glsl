@@ -75,13 +75,13 @@ void meet_leaf(int leaf, Segment piece, inout Hit hit, inout bool met) {
 #endif
 }
 
-// The first object that the piece meets before hit.fraction. wanted : without it nothing is looked for
+// The first object that the piece meets before hit.fraction.
 #ifdef CURVES
-bool first_hit(Curve piece, Probe probe, bool wanted, inout Hit hit) {
+bool first_hit(Curve piece, Probe probe, inout Hit hit) {
 #else
-bool first_hit(Segment piece, Probe probe, bool wanted, inout Hit hit) {
+bool first_hit(Segment piece, Probe probe, inout Hit hit) {
 #endif
-    int node = wanted ? 0 : DONE;
+    int node = 0;
     bool met = false;
     int stack[STACK_SIZE];
     stack[0] = DONE;

@@ -16,25 +16,25 @@ vec2 parabola_roots(float f0, float f_half, float f1);
 const float CONVERGED = 1e-4;  // of a piece: behind such a change, Newton's next one would be below float32's rounding
 
 // Where the piece goes through the triangle's plane: as a parabola does, then by Newton's method on the cubic that it is.
+// Its second root is looked at where the first one is no hit: most pieces go through a plane once.
 void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
     vec3 corner = texel(u_triangles, 3 * index).xyz;
     vec3 edge1 = texel(u_triangles, 3 * index + 1).xyz;
     vec3 edge2 = texel(u_triangles, 3 * index + 2).xyz;
-    vec3 normal = cross(edge1, edge2);
+    vec3 across = cross(edge1, edge2);
+    float inverse = inversesqrt(dot(across, across));
+    vec3 normal = inverse * across;  // so that distances from the plane are lengths, which float32 can square
     float f0 = dot(piece.a - corner, normal);
     float f1 = dot(piece.first, normal);
     float f2 = dot(piece.second, normal);
     float f3 = dot(piece.third, normal);
-    vec2 t = parabola_roots(f0, f0 + 0.5 * (f1 + 0.5 * (f2 + 0.5 * f3)), dot(piece.b - corner, normal));
-    float inverse = 1.0 / dot(normal, normal);
-    // The second root counts where the first one is no hit: most pieces go through a plane once.
-    float at = t.x >= -0.25 && t.x < 1.25 ? t.x : t.y;
-    bool second = at == t.y;
-    bool found = false;
-    bool going = true;
-    while (going) {
+    vec2 roots = parabola_roots(f0, f0 + 0.5 * (f1 + 0.5 * (f2 + 0.5 * f3)), dot(piece.b - corner, normal));
+    bvec2 near = bvec2(abs(roots.x - 0.5) < 1.0, abs(roots.y - 0.5) < 1.0);
+    float at = near.x ? roots.x : roots.y;
+    int left = int(near.x) + int(near.y);
+    do {
         float change = 0.0;
-        for (int round = 0; round < 2; ++round) {
+        for (int round = 0; round < 3; ++round) {
             change = (f0 + at * (f1 + at * (f2 + at * f3))) / (f1 + at * (2.0 * f2 + 3.0 * at * f3));
             at -= change;
         }
@@ -42,17 +42,15 @@ void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
         float u = dot(cross(from_corner, edge2), normal) * inverse;
         float v = dot(cross(edge1, from_corner), normal) * inverse;
         // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
-        found = abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction;
-        if (found) {
+        if (abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction) {
             hit.fraction = at;
             hit.primitive = index;
             hit.barycentric = vec2(u, v);
             met = true;
         }
-        going = !found && !second && t.y >= -0.25 && t.y < 1.25;
-        second = true;
-        at = t.y;
-    }
+        at = roots.y;
+        --left;
+    } while (left > 0);
 }
 #else
 void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {

@@ -16,7 +16,8 @@ RayState initial_state(vec3 x, vec3 d) {
 vec3 acceleration(vec3 x, RayState s) {
     vec3 h = cross(s.x, s.v);
     float r_squared = dot(x, x);
-    return -3.0 * u_mass * dot(h, h) / (r_squared * r_squared * sqrt(r_squared)) * x;
+    float inverse = 1.0 / r_squared;  // r^5 = r / inverse^3 might be too large for float32
+    return (-3.0 * u_mass * dot(h, h) * inverse) * (inverse * (inverse * sqrt(r_squared))) * x;
 }
 
 RayState rhs(RayState s) {

@@ -51,9 +51,9 @@ RayState space_state(RayState s, RayState start, out float tau) {
     vec3 e_r, e_phi;
     float h;
     orbit_plane(start, e_r, e_phi, h);
-    float c = cos(s.x.y), sine = sin(s.x.y);
-    vec3 outward = c * e_r + sine * e_phi;
-    vec3 around = c * e_phi - sine * e_r;
+    float cosine = cos(s.x.y), sine = sin(s.x.y);
+    vec3 outward = cosine * e_r + sine * e_phi;
+    vec3 around = cosine * e_phi - sine * e_r;
     // An orbit's error must not put it behind infinity.
     float r = 1.0 / max(s.x.x, 0.5 * min(1.0 / (FARTHEST_END * bounding_radius()), 1.0 / length(start.x)));
     tau = (-s.v.x * r - dot(start.x, start.v) + u_mass * s.v.z) / max(energy_squared(s), 1e-30);

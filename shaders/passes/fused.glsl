@@ -1,10 +1,10 @@
 // The fused pipeline: the whole life of a ray in one program, the unrolled loop of the paper's Section 7. Ray setup,
 // steps of the ODE, the intersection of what they give, and in the end, once, the shading of the hit or the sky.
 //
-// Steps and what is intersected are independent (Section 3.2): steps are as long as the integrator's error allows. From
-// where the last piece of the ray ended, steps are joined to a piece, a cubic or a quintic, until it bends by more than
-// the chord tolerance; then it goes down the tree, as curved parts that are straight enough for boxes, or as chords that
-// the tolerance allows, unless it passes by everything.
+// Steps and what is intersected are independent (Section 3.2): steps are as long as the integrator's error allows. What
+// passes through empty space is done with. From the first step that is near an object on, steps are joined to a piece, a
+// cubic or a quintic, until it bends by more than the chord tolerance; then it goes down the tree, as curved parts that
+// are straight enough for boxes, or as chords that the tolerance allows.
 //
 // A draw has to be short: a ray that is not at its end after u_draw_steps is written down, and taken up again by the next
 // draw (RESUMED).
@@ -54,17 +54,16 @@ Curve part_of(Curve curve, float t0, float t1);
 vec3 point_at(Curve curve, float t);
 vec3 tangent_at(Curve curve, float t);
 float stray(vec3 a, vec3 before, vec3 b, vec3 after, out vec2 fractions);
-float next_near(Curve piece, float off, float t, inout float room);
-float largest(vec3 v);
+float first_near(Curve piece, vec3 off, inout float room);
 #endif
 #else
 uniform float u_escape_radius;
 #endif
 #ifdef GEOMETRY
 #ifdef CURVES
-bool first_hit(Curve piece, Probe probe, bool wanted, inout Hit hit);
+bool first_hit(Curve piece, Probe probe, inout Hit hit);
 #else
-bool first_hit(Segment chord, Probe probe, bool wanted, inout Hit hit);
+bool first_hit(Segment chord, Probe probe, inout Hit hit);
 #endif
 Probe make_probe(vec3 a, vec3 b, float radius);
 #endif
@@ -175,7 +174,7 @@ Step attempt_step(RayState s, RayState first, float h, out RayState last) {
 #endif
 
 #ifndef STRAIGHT
-// As outside() has it, with the derivative at hand.
+// As outside() has it, with the derivative at hand where the state is in space.
 bool escaped(RayState s, RayState rate) {
 #ifdef FAR_SIDE
     return outside(s);
@@ -193,7 +192,7 @@ bool escaped(RayState s, RayState rate) {
 // What lies between two states.
 struct Piece {
     Curve curve;
-    float off;  // how far the ray may be from the curve, at most
+    vec3 off;  // how far the ray may be from the curve along each axis
 #ifdef QUINTIC
     vec3 bend_a;
     vec3 bend_b;
@@ -203,11 +202,11 @@ struct Piece {
 Piece piece_between(vec3 a, RayState rate_a, vec3 b, RayState rate_b, float span) {
     Piece piece;
     piece.curve = curve_through(a, span * rate_a.x, b, span * rate_b.x);
-    piece.off = 0.0;
+    piece.off = vec3(0.0);
 #ifdef QUINTIC
     piece.bend_a = bend_a(piece.curve, span * span * rate_a.v);
     piece.bend_b = bend_b(piece.curve, span * span * rate_b.v);
-    piece.off = LARGEST_BEND * largest(abs(piece.bend_a) + abs(piece.bend_b));
+    piece.off = LARGEST_BEND * (abs(piece.bend_a) + abs(piece.bend_b));
 #endif
     return piece;
 }
@@ -241,7 +240,7 @@ void main() {
     Hit hit;
     hit.fraction = 1.0;
     Segment line = Segment(s.x, s.x + way * s.v);
-    if (first_hit(line, make_probe(line.a, line.b, 0.0), true, hit)) {
+    if (first_hit(line, make_probe(line.a, line.b, 0.0), hit)) {
         status = HIT;
         way *= hit.fraction;
     }
@@ -309,7 +308,7 @@ void main() {
     vec3 piece_x = s.x;  // where the piece begins
     RayState piece_rate = rate;
     float piece_tau = tau;
-    float room = 0.0;             // cells that are known to be empty around where the piece begins
+    float room = 0.0;  // cells that are known to be empty around where it does
 #endif
     while (status == RUNNING && taken < draw_end) {
 #ifdef CURVES
@@ -386,7 +385,7 @@ void main() {
         // Is the piece near anything? If not, the next one begins here. Is it due?
         Piece so_far = piece_between(piece_x, piece_rate, s.x, rate, tau - piece_tau);
         float room_behind = room;
-        near_at = next_near(so_far.curve, so_far.off, 0.0, room_behind);
+        near_at = first_near(so_far.curve, so_far.off, room_behind);
         if (near_at >= 1.0) {
             piece_x = s.x;
             piece_rate = rate;
@@ -399,6 +398,7 @@ void main() {
                 bends > 0.25 * u_chord_tolerance * tau * length(rate.x) || status != RUNNING || taken >= draw_end;
         }
         }
+        // The piece that is due; again, since what a loop hands on is stored in each of its rounds.
         float span = tau - piece_tau;
         Piece piece = piece_between(piece_x, piece_rate, s.x, rate, span);
         vec2 reach;
@@ -411,11 +411,11 @@ void main() {
         if (straight) needed = chords;
 #ifdef QUINTIC
         // A cubic's error falls with the fourth power of its length.
-        needed = max(needed, sqrt(sqrt(piece.off / (0.25 * tolerated))));
+        needed = max(needed, sqrt(sqrt(length(piece.off) / (0.25 * tolerated))));
 #endif
         int parts = int(clamp(ceil(needed), 1.0, float(MOST_PARTS)));
-        // The piece's parts against the objects. Those that pass by everything are skipped in a loop of their own, so
-        // that rays which are drawn together go down the tree together.
+        // The piece's parts against the objects, from the first on that is near one; in a loop of its own, so that rays
+        // which are drawn together go down the tree together.
         float share = 1.0 / float(parts);
         int k = piece_ready ? min(int(near_at * float(parts)), parts - 1) : parts;
         while (k < parts) {
@@ -425,10 +425,9 @@ void main() {
             Curve part = part_of(piece.curve, float(k) * share, float(k + 1) * share);
 #endif
             if (straight) part = Curve(part.a, part.b, part.b - part.a, vec3(0.0), vec3(0.0));
-            Probe probe = thick_probe(part);
             hit.fraction = 1.0;
             ++k;
-            if (first_hit(part, probe, true, hit)) {
+            if (first_hit(part, thick_probe(part), hit)) {
                 status = HIT;
                 hit_direction = normalize(tangent_at(part, hit.fraction));
                 line.a = point_at(part, hit.fraction);
@@ -436,13 +435,10 @@ void main() {
                 tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
                 hit.fraction = 0.0;
                 k = parts;
-            } else {
-                room = 0.0;
-                near_at = next_near(piece.curve, piece.off, float(k) * share, room);
-                k = max(k, int(near_at * float(parts)));
             }
         }
         if (status == HIT) break;
+        room = 0.0;
         piece_x = s.x;
         piece_rate = rate;
         piece_tau = tau;
@@ -450,12 +446,6 @@ void main() {
     }
 #endif
 
-#ifdef ADAPTIVE
-    if (!finite(s.x) || !finite(s.v)) {
-        status = NOT_FINITE;
-        s = RayState(vec3(0.0), vec3(0.0));
-    }
-#endif
 #ifndef STRAIGHT
     out_more = vec4(h, 0.0, 0.0, float(taken));
 #ifdef ADAPTIVE
@@ -470,9 +460,17 @@ void main() {
 #endif
 #ifdef ORBIT
     if (taken == 0) s = start;
-    else if (status == NOT_FINITE) tau = 0.0;
     else if (status != RUNNING) s = space_state(s, start, tau);
     if (status != RUNNING) tau += tau_before;
+#endif
+#ifdef ADAPTIVE
+    if (!finite(s.x) || !finite(s.v)) {
+        status = NOT_FINITE;
+        s = RayState(vec3(0.0), vec3(0.0));
+#ifdef ORBIT
+        tau = tau_before;
+#endif
+    }
 #endif
 #ifdef DRIFT
     RayState end = s;

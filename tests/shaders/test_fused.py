@@ -12,7 +12,7 @@ from addon.core.models import MODELS
 from addon.core.pipelines import fused as fused_pipeline
 from addon.core.pipelines.fused import FusedPipeline
 from addon.core.pipelines.tile import Stopwatch
-from addon.core.scene import Environment, Image, Light, Material, Scene
+from addon.core.scene import Environment, Image, Light, Material, Placement, Scene
 from addon.core.settings import Settings
 from addon.core.status import Status
 from addon.core.trace import camera_uniforms, gpu, jobs, make_request, pack_for, render, trace_rays
@@ -87,6 +87,36 @@ def test_what_passes_through_empty_space_would_have_met_nothing(model, settings,
     assert (slow["Status"] == Status.HIT).mean() > 0.1 and (slow["Status"] == Status.ESCAPED).mean() > 0.1
     assert np.array_equal(quick["Status"], slow["Status"])
     assert np.array_equal(quick["Object Index"], slow["Object Index"])
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e5])
+def test_hits_do_not_depend_on_the_unit_of_length(factor):
+    """All lengths and the hole's mass times a factor: what is squared on the way keeps within float32's range. A pixel
+    whose middle is within the tolerance of an edge may differ.
+    """
+    scene = lit(MODELS["schwarzschild"](mass=0.3), scenes.camera(96, 72))
+    other = dataclasses.replace(
+        scenes.scaled(scene, factor), placement=Placement(), model=MODELS["schwarzschild"](mass=0.3 * factor)
+    )
+    first, second = (render(one, Settings(passes=PASSES)).passes["Object Index"] for one in (scene, other))
+    assert (first > 0).mean() > 0.1
+    assert (first != second).sum() <= 0.001 * (first > 0).sum()
+
+
+@pytest.mark.parametrize("radius", [3.0, 0.1])
+def test_a_small_sphere_is_met_where_float32_hardly_tells_its_places_apart(radius):
+    """From a distance of 1000, where places are rounded by 6e-5 and a piece is as long as the way. The light is all but
+    straight, and a pixel's ray passes the centre at its own distance: but for the tolerance, 1e-3 of length, and as
+    much for what it is bent, 5e-4, and rounding, 2e-4.
+    """
+    medium = MODELS["refraction"](medium="linear", index=1.2, gradient=1e-9)
+    view = scenes.camera(160, 120, (0.0, -1000.0, 0.0), (0.0, 0.0, 0.0), half=2.0 * radius / 1000.0)
+    scene = Scene(view, medium, spheres=scenes.spheres([[0.0, 0.0, 0.0]], [radius]), materials=(Material(),))
+    hit = render(scene, Settings(passes=PASSES, tolerance=1e-6)).passes["Object Index"][..., 0] > 0
+    x, y = np.meshgrid((np.arange(160) - 79.5) / 40.0, (np.arange(120) - 59.5) / 40.0)  # radii
+    off = np.hypot(x, y)
+    band = 2e-3 / radius + 0.01
+    assert hit[off < 1.0 - band].all() and not hit[off > 1.0 + band].any()
 
 
 @pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])

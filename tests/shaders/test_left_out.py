@@ -291,6 +291,16 @@ def test_no_slider_of_a_model_compiles_anything(name, chosen, pipeline):
             assert programs(replace(scene, model=moved), settings) == before, (parameter.name, value)
 
 
+def test_no_slider_of_a_hole_with_nothing_but_a_sky_compiles_anything():
+    """Its program is another one, for orbits; also for the mass of 0 that the slider begins with."""
+    scene = replace(everything(), triangles=Triangles.empty(), spheres=Spheres.empty())
+    settings = with_everything("fused", integrator="automatic")
+    before = programs(scene, settings)
+    for mass in (0.0, 1e-6, 0.3, 2.0):
+        assert programs(replace(scene, model=MODELS["schwarzschild"](mass=mass)), settings) == before, mass
+    assert programs(everything(), settings) != before
+
+
 NEVER = {
     "another mass": {"model": MODELS["schwarzschild"](mass=0.1)},
     "another camera": {"camera": scenes.camera(8, 6, (1.0, -7.0, 0.5), half=0.4)},

@@ -195,8 +195,8 @@ def test_captured_or_not_is_what_the_impact_parameter_says(egl, r):
 
 
 def test_radial_rays_stay_so(egl):
-    """h = 0: in, out, and away from outside the bounding sphere, where no step is taken. They pass by the centre as near
-    as a direction's rounding.
+    """h = 0: in, out, and away from outside the bounding sphere, where no step is taken. They pass by the centre, as
+    near as a direction's rounding.
     """
     x = np.array([[-10.0, 0, 0], [-10.0, 0, 0], [0, 7.0, 0], [2.5, 0, 0], [2e6, 0, 0], [1e6, 0, 0]])
     d = np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, -1.0, 0], [1.0, 0, 0], [1.0, 0, 0], [-1.0, 0, 0]])
