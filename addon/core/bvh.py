@@ -17,7 +17,7 @@ import numpy as np
 from .bvh_nodes import encode, leaf_code
 from .strips import on_all_processors
 
-LEAF_SIZE = 4
+LEAF_SIZE, SPHERES_A_LEAF = 4, 1  # a sphere takes longer than the node that it would share
 BINS = 8
 CELL_SIZE = 16  # primitives a cell of the grid holds, on average at least
 GRID_BITS = 7  # cells an axis of the finest grid: 2^7
@@ -67,7 +67,7 @@ def build(triangle_boxes: np.ndarray, sphere_boxes: np.ndarray) -> Tree:
     boxes = np.concatenate([boxes[:, 0].T, -boxes[:, 1].T]).astype(np.float32, order="C")
 
     order, first = grid_cells(boxes, triangle_count)
-    order, lower = build_lower(boxes[:, order], order, first, np.append(first[1:], n))
+    order, lower = build_lower(boxes[:, order], order, first, np.append(first[1:], n), triangle_count)
     cell_boxes = lower.boxes[:, : len(first)]
     cell_order, upper = grow(cell_boxes, np.array([0]), np.array([len(first)]), 1, UPPER_LEVELS)
     is_sphere = order >= triangle_count
@@ -101,18 +101,23 @@ def grid_cells(boxes: np.ndarray, triangle_count: int) -> tuple[np.ndarray, np.n
     return order, first
 
 
-def build_lower(boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, Forest]:
+def build_lower(
+    boxes: np.ndarray, order: np.ndarray, first: np.ndarray, end: np.ndarray, triangle_count: int
+) -> tuple[np.ndarray, Forest]:
     """A tree for every cell, in batches on all processors; `order` as the leaves count."""
+    sphere_cells = int(np.searchsorted(first, triangle_count))  # where they begin
     parts, begin = [], 0
-    while begin < len(first):  # cells of up to BATCH primitives together, or one larger cell
+    while begin < len(first):  # cells of up to BATCH primitives together, or one larger cell; of one kind
         stop = max(begin + 1, int(np.searchsorted(end, first[begin] + BATCH, side="right")))
+        stop = min(stop, sphere_cells) if begin < sphere_cells else stop
         parts.append((begin, stop))
         begin = stop
 
     def work(part: tuple[int, int]) -> tuple[np.ndarray, Forest]:
         low, high = first[part[0]], end[part[1] - 1]
         cells = slice(*part)
-        return grow(boxes[:, low:high], first[cells] - low, end[cells] - low, LEAF_SIZE, LOWER_LEVELS)
+        leaf_size = LEAF_SIZE if part[0] < sphere_cells else SPHERES_A_LEAF
+        return grow(boxes[:, low:high], first[cells] - low, end[cells] - low, leaf_size, LOWER_LEVELS)
 
     grown = on_all_processors(work, parts)
     order = np.concatenate([order[first[b] : end[s - 1]][o] for (b, s), (o, _) in zip(parts, grown, strict=True)])

@@ -38,6 +38,7 @@ class Device:
         self.texture_limit = self.ctx.info["GL_MAX_TEXTURE_SIZE"]
         self.compile_milliseconds = 0.0
         self._programs: dict[Choice, Program] = {}
+        self.tile_sizes: dict[Choice, tuple[int, int]] = {}  # columns and rows that a draw with a program had time for
         self._vertex_text = VERTEX_VERSION + (SHADERS / "passes" / "quad.vert").read_text(encoding="utf-8")
         self.ctx.enable_direct(0x884F)  # GL_TEXTURE_CUBE_MAP_SEAMLESS: no seams between the sky's faces
 

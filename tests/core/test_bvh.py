@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from addon.core import bvh
-from addon.core.bvh import LEAF_SIZE, STACK_SIZE, build
+from addon.core.bvh import LEAF_SIZE, SPHERES_A_LEAF, STACK_SIZE, build
 from addon.core.compose import read
 
 NONE = np.zeros((0, 2, 3), np.float32)
@@ -61,7 +61,7 @@ def check(triangles, spheres):
                 inside = walk(code, depth + 1)
             else:
                 first, count, kind = leaf(code)
-                assert count <= LEAF_SIZE
+                assert count <= (LEAF_SIZE if kind == 1 else SPHERES_A_LEAF)
                 rows = np.arange(first, first + count)
                 seen[kind][rows] += 1
                 inside = kinds[kind][rows]

@@ -323,6 +323,22 @@ def test_a_tile_shrinks_after_a_long_draw_and_grows_after_a_short_one():
     assert pipeline.tile_size() == (64, 32)
 
 
+def test_the_next_frame_begins_with_half_of_the_tile_that_the_last_one_had_time_for(egl):
+    scene, settings = lit(scenes.HOLE, scenes.camera(300, 200)), Settings(**EMBEDDED)
+    request = make_request(scene, settings, pack_for(scene, settings), camera_uniforms(scene), frozenset({"color"}))
+
+    def frame(device):
+        pipeline = FusedPipeline(device, request, (300, 200), Stopwatch())
+        first = pipeline.tile_size()
+        pipeline.trace(*first, (0, 0))
+        device.tile_sizes[pipeline.choice] = (256, 128)
+        return first
+
+    gpu.run(lambda device: device.tile_sizes.clear())
+    assert gpu.run(frame) == (fused_pipeline.FIRST_TILE, fused_pipeline.FIRST_TILE)
+    assert gpu.run(frame) == (128, 64)
+
+
 # Left out
 
 

@@ -47,7 +47,9 @@ class FusedPipeline:
         with watch.stage("upload"):
             self._upload()
             device.finish()
-        self._tile = (FIRST_TILE, FIRST_TILE)
+        # What the program's last frame has learned, but less: another setting may have made its rays slower.
+        columns, rows = device.tile_sizes.get(self.choice, (0, 0))
+        self._tile = max(columns // 2, FIRST_TILE), max(rows // 2, FIRST_TILE)
         self._target_size = (0, 0)
 
     # What the scene needs
@@ -214,6 +216,7 @@ class FusedPipeline:
             values["u_footprint_scale"] = 1.0 / math.sqrt(samples)
             self._draw(self.choice, drawn, textures, values)
             self._learn(columns, rows, time.perf_counter() - begin)
+            self.device.tile_sizes[self.choice] = self._tile
         parts = self._read(columns, rows)
         if (parts["v"][..., 3] == Status.RUNNING).any():
             parts = self._go_on(self._read(columns, rows, state=True), corners, values, report, stopped)
