@@ -10,7 +10,7 @@ import numpy as np
 
 from .clear_cells import clear_around
 
-FEWEST, MOST = 64, 128  # cells along an axis
+FEWEST, MOST = 32, 128  # cells along an axis
 CELLS_PER_ROOT = 10.0  # and between: for every object's share of the axis, the cubic root of how many there are
 FARTHEST = 254  # cells: what a byte holds
 MARGIN = 0.02  # cells around every box

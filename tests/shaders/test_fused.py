@@ -314,6 +314,9 @@ def test_a_tile_shrinks_after_a_long_draw_and_grows_after_a_short_one():
     pipeline = FusedPipeline.__new__(FusedPipeline)
     pipeline.size, pipeline._tile = (10_000, 10_000), (64, 64)
     pipeline._learn(64, 64, 1e-4)
+    assert pipeline.tile_size() == (128, 128)
+    pipeline._tile = (64, 64)
+    pipeline._learn(64, 64, 0.02)
     assert pipeline.tile_size() == (128, 64)
     pipeline._learn(128, 64, 0.04)
     assert pipeline.tile_size() == (128, 64)
@@ -336,7 +339,7 @@ def test_the_next_frame_begins_with_half_of_the_tile_that_the_last_one_had_time_
 
     gpu.run(lambda device: device.tile_sizes.clear())
     assert gpu.run(frame) == (fused_pipeline.FIRST_TILE, fused_pipeline.FIRST_TILE)
-    assert gpu.run(frame) == (128, 64)
+    assert gpu.run(frame) == (256, 64)
 
 
 # Left out

@@ -48,8 +48,8 @@ class FusedPipeline:
             self._upload()
             device.finish()
         # What the program's last frame has learned, but less: another setting may have made its rays slower.
-        columns, rows = device.tile_sizes.get(self.choice, (0, 0))
-        self._tile = max(columns // 2, FIRST_TILE), max(rows // 2, FIRST_TILE)
+        columns, rows = device.tile_sizes.get(self.choice, (FIRST_TILE, 2 * FIRST_TILE))
+        self._tile = columns, max(rows // 2, SMALLEST_TILE)
         self._target_size = (0, 0)
 
     # What the scene needs
@@ -173,17 +173,19 @@ class FusedPipeline:
         return min(self._tile[0], self.size[0]), min(self._tile[1], self.size[1])
 
     def _learn(self, columns: int, rows: int, seconds: float) -> None:
-        """Half or twice the pixels, where a draw took too long or hardly any time."""
+        """Half of the pixels, and half again, where a draw took too long; twice or four times as many where it took
+        hardly any time.
+        """
         width, height = self._tile
         if seconds > LONGEST_DRAW:
             while seconds > LONGEST_DRAW and width * height > SMALLEST_TILE**2:
                 width, height = (width // 2, height) if width > height else (width, height // 2)
                 seconds /= 2.0
-        elif seconds < SHORTEST_DRAW and columns * rows >= min(width, self.size[0]) * min(height, self.size[1]):
-            if width <= height and width < LARGEST_TILE:
-                width *= 2
-            elif height < LARGEST_TILE:
-                height *= 2
+        elif columns * rows >= min(width, self.size[0]) * min(height, self.size[1]):
+            for doubled in (2, 4):
+                if doubled * seconds < 2.0 * SHORTEST_DRAW:
+                    width, height = (2 * width, height) if width <= height else (width, 2 * height)
+            width, height = min(width, LARGEST_TILE), min(height, LARGEST_TILE)
         self._tile = width, height
 
     def trace(
