@@ -283,17 +283,16 @@ def make_request(
         raise SettingsError(
             f"Model '{model.name}' has no observer '{settings.observer}'. Choose one of {model.observers}."
         )
+    window = _window_reach(scene) if scene.camera.kind == "ORTHOGRAPHIC" else 0.0  # rays begin all over it
     if reach is None:
-        reach = float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
-        if scene.camera.kind == "ORTHOGRAPHIC":  # rays begin all over the window
-            reach += _window_reach(scene)
+        reach = window + float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
     far = 0.0 if settings.step_control == "constant" else reach
     # A little more than the objects reach, so that rounding puts none of them outside.
     radius = settings.escape_radius or max(model.escape_radius(far), 1.01 * packed.bounds_radius, 1e-6)
     step = settings.step or model.default_step()
     if not model.curved:  # one chord from the camera to the far side of the bounding sphere
         radius = max(1.01 * packed.bounds_radius, 1e-6)
-        step = 1.01 * (reach + radius)
+        step = 1.01 * (reach - window + radius) + 2.0 * window
         settings = replace(
             settings, integrator="euler", step_control="constant", segments=1, steps_per_segment=1, max_steps=1
         )
