@@ -31,6 +31,20 @@ vec4 above_front(vec3 y) {
     return vec4(y / s - u_roughness * u_frequency * rough.xyz, s - 1.0 - u_roughness * rough.w);
 }
 
+#ifdef ADAPTIVE
+// At the place that medium() was last asked about. The fused loop asks longest_step() about the same one: where the ray
+// is, or, behind a step that did not stand, where that one ended, and then the next step is shorter anyway.
+float last_height = 0.0;
+
+float height_above_front(vec3 y) {
+    return last_height;
+}
+#else
+float height_above_front(vec3 y) {
+    return above_front(y).w;
+}
+#endif
+
 vec4 medium(vec3 x) {
     float R = blast_radius();
     vec3 y = x / R;
@@ -42,6 +56,9 @@ vec4 medium(vec3 x) {
     vec3 front_gradient = vec3(0.0);
     if (s > 1.0 - reach) {
         vec4 above = above_front(y);
+#ifdef ADAPTIVE
+        last_height = above.w;
+#endif
         float t = clamp(0.5 - above.w / u_thickness, 0.0, 1.0);
         front = t * t * t * (t * (6.0 * t - 15.0) + 10.0);
         front_gradient = -30.0 * t * t * (1.0 - t) * (1.0 - t) / u_thickness * above.xyz;
@@ -63,7 +80,7 @@ float longest_step(RayState s) {
     vec3 y = s.x / R;
     float reach = u_roughness + 0.5 * u_thickness;
     float gap = abs(length(y) - 1.0) - reach;
-    if (gap < 0.0) gap = (abs(above_front(y).w) - 0.5 * u_thickness) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
+    if (gap < 0.0) gap = (abs(height_above_front(y)) - 0.5 * u_thickness) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
     float around = R * max(gap, 0.5 * u_thickness) / max(length(s.v), 1e-30);
     return max(around, time_to_ball(s.x, s.v, R * (1.0 + reach)));
 }
