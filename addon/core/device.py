@@ -21,6 +21,7 @@ from .compose import SHADERS, Choice, ShaderError, Source, compose
 
 Result = TypeVar("Result")
 POLL_SECONDS = 0.05
+NUMPY_KINDS = {"f2": np.float16, "f4": np.float32, "u1": np.uint8, "u4": np.uint32}  # of the arrays that are uploaded
 BYTES = {"f1": 1, "f2": 2, "f4": 4, "u1": 1, "u4": 4}
 
 
@@ -61,8 +62,7 @@ class Device:
                 f"A texture of {size[0]} x {size[1]} is needed, but '{self.name}' allows {self.texture_limit}. "
                 "Use fewer triangles or smaller images."
             )
-        kind = {"f2": np.float16, "f4": np.float32, "u4": np.uint32}[dtype]
-        content = None if data is None else np.ascontiguousarray(data, kind)
+        content = None if data is None else np.ascontiguousarray(data, NUMPY_KINDS[dtype])
         texture = self.ctx.texture(size, components, content, dtype=dtype)
         texture.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return texture
@@ -79,7 +79,7 @@ class Device:
     def volume(self, data: np.ndarray, dtype: str = "f4"):
         """A 3D texture for texelFetch. data : (depth, rows, columns, channels)."""
         depth, rows, columns, channels = data.shape
-        content = np.ascontiguousarray(data, {"f4": np.float32, "u1": np.uint8}[dtype])
+        content = np.ascontiguousarray(data, NUMPY_KINDS[dtype])
         volume = self.ctx.texture3d((columns, rows, depth), channels, content, alignment=1, dtype=dtype)
         volume.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
         return volume

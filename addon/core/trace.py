@@ -284,15 +284,17 @@ def make_request(
             f"Model '{model.name}' has no observer '{settings.observer}'. Choose one of {model.observers}."
         )
     window = _window_reach(scene) if scene.camera.kind == "ORTHOGRAPHIC" else 0.0  # rays begin all over it
+    distance = reach
     if reach is None:
-        reach = window + float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
+        distance = float(np.linalg.norm(placement.points_to_model(scene.camera.world_from_camera[:3, 3])))
+        reach = distance + window
     far = 0.0 if settings.step_control == "constant" else reach
     # A little more than the objects reach, so that rounding puts none of them outside.
     radius = settings.escape_radius or max(model.escape_radius(far), 1.01 * packed.bounds_radius, 1e-6)
     step = settings.step or model.default_step()
     if not model.curved:  # one chord from the camera to the far side of the bounding sphere
         radius = max(1.01 * packed.bounds_radius, 1e-6)
-        step = 1.01 * (reach - window + radius) + 2.0 * window
+        step = 1.01 * (distance + radius) + 2.0 * window
         settings = replace(
             settings, integrator="euler", step_control="constant", segments=1, steps_per_segment=1, max_steps=1
         )

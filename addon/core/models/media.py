@@ -22,6 +22,7 @@ class Medium:
     description: ClassVar[str]
     parameters: ClassVar[tuple[str, ...]]  # those of the model that it reads
     straight_far_out: ClassVar[bool] = True  # False: n goes on changing beyond the flat radius
+    more_files: ClassVar[tuple[str, ...]] = ()  # of shaders/, that it calls
     symmetry: ClassVar[str] = ""  # "RADIAL": n(|x|); "LAYERED": n(z); a flag of the shader, for what is conserved
 
     def __init__(self, model: Model):
@@ -54,7 +55,7 @@ class Medium:
         return self.flat_radius()
 
     def files(self) -> tuple[str, ...]:
-        return (f"media/{self.key}",)
+        return (f"media/{self.key}", *self.more_files)
 
     def generated(self) -> tuple[tuple[str, str], ...]:
         """Printed functions, as Model.generated()."""
@@ -101,6 +102,7 @@ class Explosion(Medium):
     """
 
     key = "explosion"
+    more_files = ("media/noise", "common/vacuum")
     label = "Explosion"
     description = "A blast wave: a rough front of dense air that expands with Time, thin air behind it"
     parameters = ("radius", "time", "strength", "thickness", "roughness", "frequency", "rarefaction", "seed")
@@ -152,14 +154,12 @@ class Explosion(Medium):
     def flat_radius(self) -> float:
         return self.blast_radius() * (1.0 + self.model.roughness + 0.5 * self.model.thickness)
 
-    def files(self):
-        return (*super().files(), "media/noise", "common/vacuum")
-
 
 class Shell(Medium):
     """n = 1 + strength within the radius, 1 outside, a quintic of width thickness · radius between them."""
 
     key = "shell"
+    more_files = ("common/vacuum",)
     label = "Ball Behind a Front"
     description = "A ball whose index changes across a thin spherical front: Snell's law as Thickness falls"
     parameters = ("radius", "strength", "thickness")
@@ -185,9 +185,6 @@ class Shell(Medium):
 
     def flat_radius(self) -> float:
         return self.model.radius * (1.0 + 0.5 * self.model.thickness)
-
-    def files(self):
-        return (*super().files(), "common/vacuum")
 
 
 class Mirage(Medium):
@@ -227,6 +224,7 @@ class Luneburg(Medium):
     """n = √(2 − r²/R²) within R, 1 outside: every ray of a parallel beam meets one point of the rim. Luneburg 1944."""
 
     key = "luneburg"
+    more_files = ("common/vacuum",)
     label = "Luneburg Lens"
     description = "A ball that focuses a parallel beam in a point of its rim"
     parameters = ("radius",)
@@ -246,9 +244,6 @@ class Luneburg(Medium):
 
     def flat_radius(self) -> float:
         return self.model.radius
-
-    def files(self):
-        return (*super().files(), "common/vacuum")
 
 
 class Fisheye(Medium):

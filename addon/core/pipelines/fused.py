@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..compose import Choice
-from ..device import Device
+from ..device import BYTES, Device
 from ..status import Status
 from .paper import CLIPPED_HALF, MARKER
 from .tile import Request, Stopwatch, TileEnds, shading_choice
@@ -136,11 +136,9 @@ class FusedPipeline:
             half = name in HALVES
             data = array.clip(-CLIPPED_HALF, CLIPPED_HALF) if half else array
             kind = "f2" if half else f"{array.dtype.kind}{array.dtype.itemsize}"
-            if name == "u_empty_space":
-                self.textures[name] = device.volume(data, kind)
-            else:
-                self.textures[name] = device.texture((data.shape[1], data.shape[0]), data, kind)
-            self.uploaded_bytes += data.size * int(kind[1])
+            volume = data.ndim == 4
+            self.textures[name] = device.volume(data, kind) if volume else device.texture(data.shape[1::-1], data, kind)
+            self.uploaded_bytes += data.size * BYTES[kind]
         given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
@@ -182,8 +180,8 @@ class FusedPipeline:
                 width, height = (width // 2, height) if width > height else (width, height // 2)
                 seconds /= 2.0
         elif columns * rows >= min(width, self.size[0]) * min(height, self.size[1]):
-            for doubled in (2, 4):
-                if doubled * seconds < 2.0 * SHORTEST_DRAW:
+            for limit in (SHORTEST_DRAW, 0.5 * SHORTEST_DRAW):
+                if seconds < limit:
                     width, height = (2 * width, height) if width <= height else (width, 2 * height)
             width, height = min(width, LARGEST_TILE), min(height, LARGEST_TILE)
         self._tile = width, height
