@@ -15,6 +15,7 @@ from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
 from .memory import TILE, frame_bytes
 from .models import Model
+from .models.borders import NO_BORDERS
 from .nystrom import NYSTROM_METHODS
 from .pipelines.fused import FusedPipeline
 from .pipelines.paper import PaperPipeline
@@ -318,14 +319,21 @@ def make_request(
     # What is stiff may decay within far less way than the model has a step for.
     smallest_part = 1e-9 if settings.integrator in ROSENBROCK_METHODS else 1e-6
     model_files, model_flags = model.shader_files(), model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
+    if math.isinf(model.last_parameter()):
+        model_files = (*model_files, "models/endless")
     orbit = takes_orbits(model, settings, packed)
     if orbit:  # its steps are no lengths; what stalls is told by the chart itself
-        model_files, model_flags = (*model_files, *model.orbit_files()), model_flags | {"ORBIT"}
+        model_files, model_flags = (*model_files, *model.orbit_files(), *NO_BORDERS.files), model_flags | {"ORBIT"}
+    else:
+        model_files = (*model.borders().files, *model_files)
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
         model=ModelShader(model_files, model_flags, model.generated(), model.textures()),
-        integrator=integrator_shader(integrator_for(model, settings), settings.pipeline == "fused"),
+        integrator=integrator_shader(
+            integrator_for(model, settings), settings.pipeline == "fused" or settings.step_control == "embedded"
+        ),
+        advance=model.borders().advance,
         observer=observer,
         packed=packed,
         cube=finite_sky(scene.environment.faces) if "color" in outputs else None,

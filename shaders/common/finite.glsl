@@ -1,5 +1,7 @@
 // Provides a test for NaN and infinity that no compiler may optimise away: isnan() may be, under fast math.
 
+const float INFINITE = 3.2e38;  // an error that no step can have
+
 bool finite(vec3 a) {
     return dot(a, a) < 3.0e38;
 }

@@ -11,6 +11,23 @@ struct Step {
     float error;     // the method's own estimate of the step's error, radians; 0 where it has none
 };
 
+const float NO_BORDER_AHEAD = 1.0e30;
+
+struct Ray {             // on its way
+    RayState state;
+    RayState rate;       // the state's derivative
+    float tau;
+    float h;             // the next step to try
+    float demand;        // of the last step: embedded step control
+    float error;         // the steps' estimates, summed, radians
+    float status;
+    int taken;           // steps, those that did not stand included
+    float rejected;      // steps that did not stand
+    vec2 gap;            // how far the border of the region that it is in is, and how fast that changes
+    float border_ahead;  // tau to the border that the last attempt went past; else NO_BORDER_AHEAD
+    bool at_border;      // the last step ended on one
+};
+
 struct Segment {
     vec3 a;  // where the chord begins: fraction 0
     vec3 b;  // where it ends: fraction 1

@@ -20,6 +20,20 @@ uniform float u_seed;
 
 const float NOISE_SLOPE = 11.2;  // |gradient of noise| < sqrt(3) * 15/8 * 2 * (4 + 4 + 4) / 7
 
+const float NO_WIDTH = 2.0e-5;  // thickness below which n jumps
+const float THIN = 0.1;         // thickness below which the steps' errors in the front are mended at its end
+const float FOLD = 0.01;
+
+// Regions
+const int OUTSIDE = 0;
+const int FRONT = 1;
+const int WITHIN = 2;
+int region = OUTSIDE;  // the one that is held
+
+float half_width() {
+    return u_thickness < NO_WIDTH ? 0.0 : 0.5 * u_thickness;
+}
+
 float blast_radius() {
     return u_radius * max(pow(u_time, 0.4), 1e-6);
 }
@@ -31,35 +45,59 @@ vec4 above_front(vec3 y) {
     return vec4(y / s - u_roughness * u_frequency * rough.xyz, s - 1.0 - u_roughness * rough.w);
 }
 
-#ifdef ADAPTIVE
-// At the place that medium() was last asked about. The fused loop asks longest_step() about the same one: where the ray
-// is, or, behind a step that did not stand, where that one ended, and then the next step is shorter anyway.
-float last_height = 0.0;
+// How far the front reaches from |y| = 1, with its noise and its width.
+float front_reach() {
+    return u_roughness + half_width();
+}
 
-float height_above_front(vec3 y) {
-    return last_height;
+// Height above the front where it may be near, and otherwise above the smooth sphere, with its gradient.
+vec4 height_above(vec3 y) {
+    float s = length(y);
+    if (abs(s - 1.0) > front_reach()) return vec4(y / max(s, 1e-30), s - 1.0);
+    return above_front(y);
 }
-#else
-float height_above_front(vec3 y) {
-    return above_front(y).w;
+
+void hold(vec3 x) {
+    float height = height_above(x / blast_radius()).w;
+    region = height >= half_width() ? OUTSIDE : height <= -half_width() ? WITHIN : FRONT;
 }
-#endif
+
+bool settles() {
+    return half_width() == 0.0 || (region == FRONT && u_thickness < THIN);
+}
+
+vec4 last_above = vec4(0.0);  // height_above() where border() was last asked: at the end of the last step
+
+float front_thickness() {
+    return u_thickness;
+}
+
+vec3 front_direction(vec3 x) {
+    return last_above.xyz;
+}
+
+vec4 border(vec3 x) {
+    float R = blast_radius();
+    vec4 above = height_above(x / R);
+    last_above = above;
+    float sense = region == OUTSIDE || (region == FRONT && above.w < 0.0) ? 1.0 : -1.0;
+    return vec4(sense / R * above.xyz, sense * above.w + (region == FRONT ? half_width() : -half_width()));
+}
+
+vec3 border_heart(vec3 x) {
+    return vec3(0.0);
+}
 
 vec4 medium(vec3 x) {
+    if (region == OUTSIDE) return vec4(0.0, 0.0, 0.0, 1.0);
     float R = blast_radius();
     vec3 y = x / R;
     float s_squared = dot(y, y);
-    float s = sqrt(s_squared);
-    float reach = u_roughness + 0.5 * u_thickness;
-    if (s >= 1.0 + reach) return vec4(0.0, 0.0, 0.0, 1.0);
     float front = 1.0;
     vec3 front_gradient = vec3(0.0);
-    if (s > 1.0 - reach) {
+    if (region == FRONT) {
         vec4 above = above_front(y);
-#ifdef ADAPTIVE
-        last_height = above.w;
-#endif
-        float t = clamp(0.5 - above.w / u_thickness, 0.0, 1.0);
+        float t = 0.5 - above.w / u_thickness;
         front = t * t * t * (t * (6.0 * t - 15.0) + 10.0);
         front_gradient = -30.0 * t * t * (1.0 - t) * (1.0 - t) / u_thickness * above.xyz;
     }
@@ -74,13 +112,15 @@ bool absorbed(RayState s) {
     return false;
 }
 
-// As far as the front surely is, and half its thickness within it; through all of the space around it.
+// As far as the front surely is, and half its thickness within it; through all of the space around it. The end of a step
+// that meets the front is found, but not a fold of it that the step goes through and leaves again: none is smaller than
+// FOLD of the noise's waves.
 float longest_step(RayState s) {
     float R = blast_radius();
-    vec3 y = s.x / R;
-    float reach = u_roughness + 0.5 * u_thickness;
-    float gap = abs(length(y) - 1.0) - reach;
-    if (gap < 0.0) gap = (abs(height_above_front(y)) - 0.5 * u_thickness) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
-    float around = R * max(gap, 0.5 * u_thickness) / max(length(s.v), 1e-30);
-    return max(around, time_to_ball(s.x, s.v, R * (1.0 + reach)));
+    float height = length(s.x) / R - 1.0;
+    float gap = abs(height) - front_reach();
+    if (gap < 0.0) gap = (abs(last_above.w) - half_width()) / (1.0 + NOISE_SLOPE * u_roughness * u_frequency);
+    float least = region == FRONT ? half_width() : FOLD / (1.0 + u_frequency);
+    float around = R * max(gap, least) / max(length(s.v), 1e-30);
+    return max(around, time_to_ball(s.x, s.v, R * (1.0 + front_reach())));
 }

@@ -20,8 +20,19 @@ vec4 medium(vec3 x) {
     return vec4(n * slope / rho * x, n * n);
 }
 
+vec4 border(vec3 x) {
+    float rho = length(x);
+    return vec4(x / max(rho, 1e-30), rho - horizon());
+}
+
+vec3 border_heart(vec3 x) {
+    return vec3(0.0);
+}
+
+const float ABSORBING = 1.0 + 1.0e-5;  // a ray that has come to the border is absorbed
+
 bool absorbed(RayState s) {
-    return length(s.x) <= horizon();
+    return length(s.x) <= ABSORBING * horizon();
 }
 
 // Half of the way to where n is infinite.

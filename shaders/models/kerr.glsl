@@ -66,6 +66,10 @@ RayState initial_state(vec3 x, vec3 d) {
     return RayState(x, d + k.f * m * k.l);
 }
 
+vec3 radius_gradient(KerrSchild k, vec3 x) {
+    return (k.r * x + vec3(0.0, 0.0, k.a * k.a * k.c)) / k.sigma;
+}
+
 vec3 velocity(KerrSchild k, vec3 p, float e) {
     return p - k.f * e * k.l;
 }
@@ -76,7 +80,7 @@ RayState rhs(RayState s) {
     float e = energy_and_along(k, p);
     float d = k.r * k.r + k.a * k.a;
     vec3 to_z = vec3(0.0, 0.0, 1.0);
-    vec3 grad_r = (k.r * x + k.a * k.a * k.c * to_z) / k.sigma;
+    vec3 grad_r = radius_gradient(k, x);
     vec3 grad_c = (to_z - k.c * grad_r) / k.r;
     vec3 grad_f = 2.0 * u_mass / k.sigma
         * (grad_r - 2.0 * k.r / k.sigma * (k.r * grad_r + k.a * k.a * k.c * grad_c));
@@ -93,11 +97,24 @@ vec3 ray_direction(RayState s) {
     return normalize(velocity(k, s.v, energy_and_along(k, s.v)));
 }
 
-const float ABSORBING = 1.0 + 1.0e-5;  // in horizon radii: the rounding of r
+const float BORDER = 1.0 + 1.0e-5;  // in horizon radii: the rounding of r; on that border rays are absorbed
+const float ABSORBING = 1.0 + 2.0e-5;
+
+float horizon() {
+    return u_mass * (1.0 + sqrt(max(1.0 - u_spin * u_spin, 0.0)));
+}
+
+vec4 border(vec3 x) {
+    KerrSchild k = kerr_schild(x);
+    return vec4(radius_gradient(k, x), k.r - BORDER * horizon());
+}
+
+vec3 border_heart(vec3 x) {
+    return vec3(0.0);
+}
 
 bool absorbed(RayState s) {
-    float horizon = u_mass * (1.0 + sqrt(max(1.0 - u_spin * u_spin, 0.0)));
-    return kerr_schild(s.x).r <= ABSORBING * horizon;
+    return kerr_schild(s.x).r <= ABSORBING * horizon();
 }
 
 // A quarter of r: a ray that falls in meets the horizon's inside before the ring. Without a mass there is nothing to meet.
@@ -143,7 +160,7 @@ RayState falling_state(vec3 x, vec3 direction) {
     float delta = k.r * k.r - 2.0 * u_mass * k.r + k.a * k.a;
     float ratio = 4.0 * u_mass * k.r / max(delta, 1e-30);
     float lapse = inversesqrt(1.0 + k.f);
-    vec3 grad_r = (k.r * x + vec3(0.0, 0.0, k.a * k.a * k.c)) / k.sigma;
+    vec3 grad_r = radius_gradient(k, x);
     float gamma = 1.0 + ratio * k.f * lapse * lapse;
     vec3 gamma_beta = ratio * lapse * (grad_r - (1.0 - lapse) * k.l);
     // The ray leaves him with (1, direction); see observers/moving.glsl for the same boost of light that arrives.

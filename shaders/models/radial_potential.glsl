@@ -38,10 +38,22 @@ float xi(float r);            // the force towards a centre
 float potential(float r);     // its integral: potential' = xi
 float longest_way(float r);   // how far a step may go, r away from the nearest centre
 
+vec3 nearest_centre(vec3 x) {
+    float least = 1.0e30;
+    vec3 found = centre(0);
+    for (int i = 0; i < centre_count(); ++i) {
+        vec3 away = x - centre(i);
+        float squared = dot(away, away);
+        if (squared < least) {
+            least = squared;
+            found = centre(i);
+        }
+    }
+    return found;
+}
+
 float nearest(vec3 x) {
-    float r = 1.0e30;
-    for (int i = 0; i < centre_count(); ++i) r = min(r, length(x - centre(i)));
-    return r;
+    return length(x - nearest_centre(x));
 }
 
 RayState initial_state(vec3 x, vec3 d) {
@@ -66,9 +78,22 @@ vec3 ray_direction(RayState s) {
     return unit_or(s.v, vec3(0.0, 0.0, -1.0));
 }
 
+// Of a singular force: the core, on which a ray is absorbed.
+vec4 border(vec3 x) {
+    vec3 outward = x - nearest_centre(x);
+    float r = length(outward);
+    return vec4(outward / max(r, 1e-30), r - u_core_radius);
+}
+
+vec3 border_heart(vec3 x) {
+    return nearest_centre(x);
+}
+
+const float ABSORBING = 1.0 + 1.0e-5;  // in core radii: a ray that has come to the border is absorbed
+
 bool absorbed(RayState s) {
 #ifdef SINGULAR
-    return nearest(s.x) < u_core_radius;
+    return nearest(s.x) < ABSORBING * u_core_radius;
 #else
     return false;
 #endif

@@ -24,8 +24,21 @@ RayState rhs(RayState s) {
     return RayState(s.v, acceleration(s.x, s));
 }
 
+// Rays end where the horizon is about to be; on that border they are absorbed.
+const float HORIZON = 2.0 * (1.0 + 1.0e-5);    // in masses
+const float ABSORBING = 2.0 * (1.0 + 2.0e-5);
+
+vec4 border(vec3 x) {
+    float r = length(x);
+    return vec4(x / max(r, 1e-30), r - HORIZON * u_mass);
+}
+
+vec3 border_heart(vec3 x) {
+    return vec3(0.0);
+}
+
 bool absorbed(RayState s) {
-    return dot(s.x, s.x) <= 4.0 * u_mass * u_mass;
+    return dot(s.x, s.x) <= ABSORBING * ABSORBING * u_mass * u_mass;
 }
 
 // Half of the radius: a ray that falls in meets the horizon's inside before it is through.

@@ -14,26 +14,16 @@ RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau);  /
 vec3 ray_direction(RayState s);
 #ifndef STRAIGHT
 RayState rhs(RayState s);  // d/dtau of the state
-Step advance_from(RayState s, RayState first, float h, out RayState last);  // one step, and the derivatives at its ends
+void take_step(inout Ray ray);      // one step, or an attempt that does not stand
+float first_try(RayState rate);     // the step to try where nothing is known of a step's error
+float first_demand();
 bool absorbed(RayState s);
-bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
-#ifdef TIMED
+bool outside(RayState s);    // the ray left the bounding sphere and cannot come back
 float time_left(float tau);  // until the model ends a ray that has met nothing
-#endif
+void hold(vec3 x);           // the law's formula in the region that x is in
+vec2 border_gap(RayState s, RayState rate);                // how far its border is, and how fast that changes
+void cross_border(inout RayState s, inout RayState rate);  // into the region on the other side
 float bounding_radius();
-#ifdef ADAPTIVE
-float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
-bool accepted(float error);      // whether a step stands
-#ifdef EMBEDDED
-float adapted_step(float h, float error, inout float demand);  // the next step size, from the last two estimates
-float first_demand();                                          // what stands for the first of them at the beginning
-uniform float u_first_reach;  // how far the first step may at least be tried, model lengths
-#else
-float next_step(float h, float error);  // the next step size
-uniform int u_steps;                    // n: as many steps of h are compared with twice as many of h / 2
-#endif
-uniform float u_smallest_step;
-#endif
 uniform int u_max_steps;
 #ifdef CURVES
 uniform float u_chord_tolerance;  // radians
@@ -155,25 +145,6 @@ out vec4 out_frequency;  // seen, as a multiple of that emitted at rest; 0 where
 #endif
 
 #ifndef STRAIGHT
-#ifdef DOUBLING
-// n steps of h against 2n steps of h / 2, Section 4.2.
-Step attempt_step(RayState s, RayState first, float h, out RayState last) {
-    RayState whole = s, halves = s, rate = first;
-    last = first;
-    for (int i = 0; i < u_steps; ++i) whole = advance_from(whole, rate, h, rate).state;
-    for (int i = 0; i < 2 * u_steps; ++i) halves = advance_from(halves, last, 0.5 * h, last).state;
-    // Where both results lie in the absorbing region, how far they got in it means nothing.
-    bool both_absorbed = absorbed(whole) && absorbed(halves);
-    return Step(halves, both_absorbed ? 0.0 : angular_error(s, halves, whole.x - halves.x, whole.v - halves.v));
-}
-#else
-Step attempt_step(RayState s, RayState first, float h, out RayState last) {
-    return advance_from(s, first, h, last);
-}
-#endif
-#endif
-
-#ifndef STRAIGHT
 // As outside() has it, with the derivative at hand where the state is in space.
 bool escaped(RayState s, RayState rate) {
 #ifdef FAR_SIDE
@@ -185,6 +156,18 @@ bool escaped(RayState s, RayState rate) {
     return dot(s.x, s.x) > bounding_radius() * bounding_radius() && dot(s.x, rate.x) > 0.0;
 #endif
 #endif
+}
+#endif
+
+#ifndef STRAIGHT
+// RUNNING for a ray that goes on.
+float status_of(Ray ray) {
+    if (ray.status == NOT_FINITE) return NOT_FINITE;
+    if (absorbed(ray.state)) return ABSORBED;
+    if (escaped(ray.state, ray.rate)) return ESCAPED;
+    if (time_left(ray.tau) <= 0.0) return LEFT_DOMAIN;
+    if (ray.status == RUNNING && ray.taken >= u_max_steps) return STEP_LIMIT;
+    return ray.status;
 }
 #endif
 
@@ -252,159 +235,98 @@ void main() {
     float tau_before;
     RayState start = ray_start(origin, direction, bounding_radius(), tau_before);
 #endif
+    Ray ray;
+    ray.rejected = 0.0;
 #ifdef RESUMED
     vec4 x = texelFetch(u_ray_x, drawn, 0);
     vec4 v = texelFetch(u_ray_v, drawn, 0);
     vec4 more = texelFetch(u_ray_more, drawn, 0);
-    RayState s = RayState(x.xyz, v.xyz);
-    RayState rate = rhs(s);
-    tau = x.w;
-    float h = more.x;
-    int taken = int(more.w);
-    float status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
-#else
-#ifdef ORBIT
-    RayState s = orbit_state(start);
-    tau = 0.0;
-#else
-    RayState s = ray_start(origin, direction, bounding_radius(), tau);
-#endif
-    RayState rate = rhs(s);
-#ifdef ORBIT
-    float h = first_step(s);
-#else
-#ifdef EMBEDDED
-    // Twenty steps to the bounding sphere, unless the user knows better: the error will tell.
-    float h = max(u_step, u_first_reach / max(length(rate.x), 1e-30));
-#else
-    float h = u_step;
-#endif
-#endif
-    float status = absorbed(s) ? ABSORBED : escaped(s, rate) ? ESCAPED : RUNNING;
-    int taken = 0;
-    vec4 more = vec4(0.0);
-#ifdef EMBEDDED
-    more.y = first_demand();
-#endif
-#endif
-    int draw_end = taken + u_draw_steps;
-#ifdef ADAPTIVE
-    float summed_error = more.z;
-#endif
+    ray.state = RayState(x.xyz, v.xyz);
+    ray.tau = x.w;
+    ray.h = more.x;
+    ray.demand = more.y;
+    ray.error = more.z;
+    ray.taken = int(more.w);
 #ifdef REJECTED
-#ifdef RESUMED
-    float rejected = texelFetch(u_ray_rejected, drawn, 0).x;
+    ray.rejected = texelFetch(u_ray_rejected, drawn, 0).x;
+#endif
+    hold(ray.state.x);
+    ray.rate = rhs(ray.state);
+    ray.status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
 #else
-    float rejected = 0.0;
+#ifdef ORBIT
+    ray.state = orbit_state(start);
+    ray.tau = 0.0;
+#else
+    ray.state = ray_start(origin, direction, bounding_radius(), ray.tau);
 #endif
+    hold(ray.state.x);
+    ray.rate = rhs(ray.state);
+#ifdef ORBIT
+    ray.h = first_step(ray.state);
+#else
+    ray.h = first_try(ray.rate);
 #endif
-#ifdef EMBEDDED
-    float demand = more.y;
+    ray.demand = first_demand();
+    ray.error = 0.0;
+    ray.taken = 0;
+    ray.status = RUNNING;
+    if (absorbed(ray.state)) ray.status = ABSORBED;
+    else if (escaped(ray.state, ray.rate)) ray.status = ESCAPED;
 #endif
+    ray.gap = border_gap(ray.state, ray.rate);
+    ray.border_ahead = NO_BORDER_AHEAD;
+    ray.at_border = false;
+    int draw_end = ray.taken + u_draw_steps;
 #ifdef CURVES
     Hit hit;
-    Segment line = Segment(s.x, s.x);  // where the ray hits: from there on along it
+    Segment line = Segment(ray.state.x, ray.state.x);  // where the ray hits: from there on along it
     vec3 hit_direction;
-    vec3 piece_x = s.x;  // where the piece begins
-    RayState piece_rate = rate;
-    float piece_tau = tau;
+    vec3 piece_x = ray.state.x;  // where the piece begins
+    RayState piece_rate = ray.rate;
+    float piece_tau = ray.tau;
     float room = 0.0;  // cells that are known to be empty around where it does
 #endif
-    while (status == RUNNING && taken < draw_end) {
+    // A draw ends on no attempt: it would not be known where the border was found.
+    while (ray.status == RUNNING && (ray.taken < draw_end || ray.border_ahead < NO_BORDER_AHEAD)) {
 #ifdef CURVES
         bool piece_ready = false;
         float near_at = 1.0;
-        while (status == RUNNING && taken < draw_end && !piece_ready) {
 #endif
-        // One step.
-#ifdef ADAPTIVE
-#ifdef DOUBLING
-        h = min(h, longest_step(s) / float(u_steps));
-#ifdef TIMED
-        h = min(h, time_left(tau) / float(u_steps));
-#endif
-        float length_of_step = float(u_steps) * h;
-        int tried = 3 * u_steps;
-#else
-        h = min(h, longest_step(s));
-#ifdef TIMED
-        h = min(h, time_left(tau));
-#endif
-        float length_of_step = h;
-        const int tried = 1;
-#endif
-        taken += tried;
-        RayState rate_behind;
-        Step attempt = attempt_step(s, rate, h, rate_behind);
-        bool stands = accepted(attempt.error);
-#ifdef EMBEDDED
-        float next = adapted_step(h, attempt.error, demand);
-#else
-        float next = next_step(h, attempt.error);
-#endif
-        if (stands) {
-            s = attempt.state;
-            rate = rate_behind;
-            tau += length_of_step;
-            summed_error += attempt.error;
-        }
-#ifdef REJECTED
-        if (!stands) rejected += float(tried);
-#endif
-        bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(s, next));
-        h = next;
-        if (absorbed(s)) status = ABSORBED;
-        else if (escaped(s, rate)) status = ESCAPED;
-#ifdef TIMED
-        else if (time_left(tau) <= 0.0) status = LEFT_DOMAIN;
-#endif
-        else if (too_small) status = STEP_TOO_SMALL;
-        else if (taken >= u_max_steps) status = STEP_LIMIT;
-#else
-#ifdef TIMED
-        h = min(h, time_left(tau));
-#endif
-        RayState rate_behind;
-        Step attempt = attempt_step(s, rate, h, rate_behind);
-        bool stands = finite(attempt.state.x) && finite(attempt.state.v);
-        if (stands) {
-            s = attempt.state;
-            rate = rate_behind;
-            tau += h;
-        }
-        ++taken;
-        if (!stands) status = NOT_FINITE;
-        else if (absorbed(s)) status = ABSORBED;
-        else if (escaped(s, rate)) status = ESCAPED;
-#ifdef TIMED
-        else if (time_left(tau) <= 0.0) status = LEFT_DOMAIN;
-#endif
-        else if (taken >= u_max_steps) status = STEP_LIMIT;
-#endif
+        do {
+            take_step(ray);
+            ray.status = status_of(ray);
 #ifdef CURVES
-        // Is the piece near anything? If not, the next one begins here. Is it due?
-        Piece so_far = piece_between(piece_x, piece_rate, s.x, rate, tau - piece_tau);
-        float room_behind = room;
-        near_at = first_near(so_far.curve, so_far.off, room_behind);
-        if (near_at >= 1.0) {
-            piece_x = s.x;
-            piece_rate = rate;
-            piece_tau = tau;
-            room = room_behind;
-        } else {
-            vec2 reach;
-            float bends = stray(piece_x, so_far.curve.first, s.x, (tau - piece_tau) * rate.x, reach);
-            piece_ready =
-                bends > 0.25 * u_chord_tolerance * tau * length(rate.x) || status != RUNNING || taken >= draw_end;
-        }
-        }
+            // Is the piece near anything? If not, the next one begins here. Is it due?
+            Piece so_far = piece_between(piece_x, piece_rate, ray.state.x, ray.rate, ray.tau - piece_tau);
+            float room_after = room;
+            near_at = first_near(so_far.curve, so_far.off, room_after);
+            if (near_at >= 1.0) {
+                piece_x = ray.state.x;
+                piece_rate = ray.rate;
+                piece_tau = ray.tau;
+                room = room_after;
+            } else {
+                vec2 reach;
+                vec3 along = (ray.tau - piece_tau) * ray.rate.x;
+                float bends = stray(piece_x, so_far.curve.first, ray.state.x, along, reach);
+                piece_ready = bends > 0.25 * u_chord_tolerance * ray.tau * length(ray.rate.x);
+            }
+#endif
+        } while (ray.status == RUNNING && !ray.at_border && (ray.taken < draw_end || ray.border_ahead < NO_BORDER_AHEAD)
+#ifdef CURVES
+            && !piece_ready
+#endif
+        );
+#ifdef CURVES
+        piece_ready = near_at < 1.0;
         // The piece that is due; again, since what a loop hands on is stored in each of its rounds.
-        float span = tau - piece_tau;
-        Piece piece = piece_between(piece_x, piece_rate, s.x, rate, span);
+        float span = ray.tau - piece_tau;
+        Piece piece = piece_between(piece_x, piece_rate, ray.state.x, ray.rate, span);
         vec2 reach;
-        float strays = stray(piece_x, span * piece_rate.x, s.x, span * rate.x, reach);
+        float strays = stray(piece_x, span * piece_rate.x, ray.state.x, span * ray.rate.x, reach);
         // Chords where the tolerance allows them to be as long as curved parts; they meet fewer boxes.
-        float tolerated = u_chord_tolerance * max(tau * length(rate.x), 1e-30);
+        float tolerated = u_chord_tolerance * max(ray.tau * length(ray.rate.x), 1e-30);
         float chords = ceil(sqrt(strays / tolerated));
         float needed = ceil(sqrt(strays / max(u_stray_limit, 1e-30)));
         bool straight = chords <= needed;
@@ -428,42 +350,43 @@ void main() {
             hit.fraction = 1.0;
             ++k;
             if (first_hit(part, thick_probe(part), hit)) {
-                status = HIT;
+                ray.status = HIT;
                 hit_direction = normalize(tangent_at(part, hit.fraction));
                 line.a = point_at(part, hit.fraction);
                 line.b = line.a + hit_direction;
-                tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
+                ray.tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
                 hit.fraction = 0.0;
                 k = parts;
             }
         }
-        if (status == HIT) break;
+        if (ray.status == HIT) break;
         room = 0.0;
-        piece_x = s.x;
-        piece_rate = rate;
-        piece_tau = tau;
+#endif
+        if (ray.at_border) {
+            cross_border(ray.state, ray.rate);
+            ray.gap = border_gap(ray.state, ray.rate);
+        }
+#ifdef CURVES
+        piece_x = ray.state.x;
+        piece_rate = ray.rate;
+        piece_tau = ray.tau;
 #endif
     }
-#endif
-
-#ifndef STRAIGHT
-    out_more = vec4(h, 0.0, 0.0, float(taken));
-#ifdef ADAPTIVE
-    out_more.z = summed_error;
-#endif
-#ifdef EMBEDDED
-    out_more.y = demand;
-#endif
-#endif
+    out_more = vec4(ray.h, ray.demand, ray.error, float(ray.taken));
 #ifdef REJECTED
-    out_rejected = vec4(rejected);
+    out_rejected = vec4(ray.rejected);
 #endif
+    RayState s = ray.state;
+    tau = ray.tau;
+    float status = ray.status;
 #ifdef ORBIT
-    if (taken == 0) s = start;
+    if (ray.taken == 0) s = start;
     else if (status != RUNNING) s = space_state(s, start, tau);
     if (status != RUNNING) tau += tau_before;
 #endif
-#ifdef ADAPTIVE
+#endif
+
+#ifndef STRAIGHT
     if (!finite(s.x) || !finite(s.v)) {
         status = NOT_FINITE;
         s = RayState(vec3(0.0), vec3(0.0));
@@ -565,14 +488,10 @@ void main() {
         / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
     if (!(drift < 3.0e38)) drift = 3.0e38;
 #endif
-#ifdef ADAPTIVE
-    out_tally = vec4(tau, float(taken), summed_error, drift);
-#else
 #ifdef STRAIGHT
     out_tally = vec4(tau, 1.0, 0.0, drift);
 #else
-    out_tally = vec4(tau, float(taken), 0.0, drift);
-#endif
+    out_tally = vec4(tau, float(ray.taken), ray.error, drift);
 #endif
 #endif
 }

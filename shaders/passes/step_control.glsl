@@ -8,7 +8,7 @@ bool accepted(float error);             // whether this segment stands
 bool absorbed(RayState s);
 float longest_step(RayState s);         // so that no step can jump over what the model has at its centre
 #ifdef CHORDS
-float sagitta_excess(RayState a, RayState b, float tau);  // how far the ray strays from its chord, of what is allowed
+float chord_excess(RayState a, RayState b, float tau);  // how far the ray strays from its chord, of what is allowed
 #endif
 
 uniform sampler2D u_x;  // the point before the segment
@@ -47,7 +47,7 @@ void main() {
     float h = next_step(v.w, error);
     bool stands = accepted(error) && v.w <= 1.001 * longest_in_segment(start);
 #ifdef CHORDS
-    float excess = sagitta_excess(start, half_steps, half_x.w);
+    float excess = chord_excess(start, half_steps, half_x.w);
     if (excess > 0.25) h = min(h, v.w);  // twice the way has four times the sagitta
     if (excess > 1.0) {
         h = min(h, 0.5 * v.w);

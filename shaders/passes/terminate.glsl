@@ -4,9 +4,7 @@
 
 bool absorbed(RayState s);
 bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
-#ifdef TIMED
 float time_left(float tau);  // until the model ends a ray that has met nothing
-#endif
 vec3 ray_direction(RayState s);
 #ifdef FAR_SIDE
 RayState own_side(RayState s);  // the state in the chart of the side that it is on
@@ -67,9 +65,7 @@ void main() {
     if (!finite(s.x) || !finite(s.v)) status = NOT_FINITE;
     else if (absorbed(s)) status = ABSORBED;
     else if (outside(s)) status = ESCAPED;
-#ifdef TIMED
     else if (time_left(x.w) <= 0.0) status = LEFT_DOMAIN;
-#endif
     else if (v.w <= 0.0) status = STEP_TOO_SMALL;
     else if (u_last_segment) status = STEP_LIMIT;
 

@@ -27,7 +27,7 @@ def states(n=1000, seed=1, nearest=0.5, farthest=60.0):
 def on_gpu(glsl, model, body, given, outputs=("result",)):
     """The model's functions as the pipeline composes them. given : (n, 6); x and v in the body."""
     return glsl(
-        list(model.shader_files()),
+        [*model.borders().files, *model.shader_files()],
         body,
         {"x": given[:, :3], "v": given[:, 3:]},
         outputs,
@@ -40,7 +40,7 @@ def on_gpu(glsl, model, body, given, outputs=("result",)):
 
 def derivatives(glsl, model, given):
     """rhs() of the shader, (n, 6), beside the float64 one."""
-    body = "RayState d = rhs(RayState(x.xyz, v.xyz)); out_dx = vec4(d.x, 0.0); out_dv = vec4(d.v, 0.0);"
+    body = "hold(x.xyz); RayState d = rhs(RayState(x.xyz, v.xyz)); out_dx = vec4(d.x, 0.0); out_dv = vec4(d.v, 0.0);"
     found = on_gpu(glsl, model, body, given, ("dx", "dv"))
     return np.concatenate([found["dx"][:, :3], found["dv"][:, :3]], axis=1), model.rhs(given.astype(np.float64))
 

@@ -34,7 +34,7 @@ def test_acceleration_is_the_force_elsewhere_on_the_ray(glsl, name):
     y = place.astype(np.float64)
     elsewhere = np.concatenate([y, np.cross(np.cross(x, v), y) / np.sum(y * y, axis=1, keepdims=True)], axis=1)
     found = glsl(
-        list(model.shader_files()),
+        [*model.borders().files, *model.shader_files()],
         "out_result = vec4(acceleration(y.xyz, RayState(x.xyz, v.xyz)), 0.0);",
         {"x": given[:, :3], "v": given[:, 3:], "y": place},
         ("result",),

@@ -122,7 +122,7 @@ def float64_runs(model, starts, length, max_step):
 
 def run_on(glsl, model, body, states, outputs):
     return glsl(
-        list(model.shader_files()),
+        [*model.borders().files, *model.shader_files()],
         body,
         {"x": states[:, :3], "v": states[:, 3:]},
         outputs,
@@ -152,7 +152,7 @@ def test_right_hand_side(glsl, values, feature):
     found = run_on(
         glsl,
         model,
-        "RayState d = rhs(RayState(x.xyz, v.xyz)); out_dx = vec4(d.x, 0.0); out_dv = vec4(d.v, 0.0);"
+        "hold(x.xyz); RayState d = rhs(RayState(x.xyz, v.xyz)); out_dx = vec4(d.x, 0.0); out_dv = vec4(d.v, 0.0);"
         "out_n = vec4(medium(x.xyz).w);",
         states,
         ("dx", "dv", "n"),

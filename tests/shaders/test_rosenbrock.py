@@ -38,7 +38,7 @@ def test_the_system_is_solved(glsl, name):
         out_kv = vec4(k.v, 0.0);
     """
     found = glsl(
-        [*model.shader_files(), "integrators/linearised"],
+        [*model.borders().files, *model.shader_files(), "integrators/linearised"],
         body,
         {"x": states[:, :3], "v": states[:, 3:]},
         ("kx", "kv"),

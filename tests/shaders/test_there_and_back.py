@@ -42,7 +42,7 @@ def test_steps_of_h_and_of_minus_h(glsl, name):
     out_x = vec4(s.x, 0.0);
     out_v = vec4(s.v, 0.0);"""
     found = glsl(
-        list(model.shader_files()),
+        [*model.borders().files, *model.shader_files()],
         body,
         {"x": x, "v": d},
         ("x", "v", "turn"),

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from .borders import NO_BORDERS, Borders
 from .parameter import Option, Parameter, Text
 
 
@@ -99,6 +100,10 @@ class Model:
         """
         return False
 
+    def borders(self) -> Borders:
+        """Where the law is not smooth or swallows rays."""
+        return NO_BORDERS
+
     def orbit_files(self) -> tuple[str, ...]:
         """Files of shaders/ that define the same rays as orbits in a chart of their own, for where nothing but their
         ends is asked for; none if the model has no such chart. They are given the flag ORBIT.
@@ -106,9 +111,7 @@ class Model:
         return ()
 
     def last_parameter(self) -> float:
-        """τ at which a ray ends that has met nothing until then. If finite, flags() holds TIMED and the GLSL defines
-        float time_left(float tau).
-        """
+        """τ at which a ray ends that has met nothing until then. If finite, the GLSL defines float time_left(float tau)."""
         return math.inf
 
     # Its scales

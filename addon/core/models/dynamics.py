@@ -118,4 +118,4 @@ class Dynamics:
         return ("models/reach", f"models/{self.name}", "models/dynamics")
 
     def flags(self) -> frozenset[str]:
-        return frozenset({"FLOW", "TIMED"} if self.flows else ())
+        return frozenset({"FLOW"} if self.flows else ())

@@ -27,6 +27,7 @@ import math
 import numpy as np
 
 from .base import Model
+from .borders import SWALLOWING, Borders
 from .parameter import Parameter
 
 
@@ -119,6 +120,9 @@ class Kerr(Model):
     def absorbed(self, states: np.ndarray) -> np.ndarray:
         """A little outside the horizon, as in the shader."""
         return self.radius(states[:, :3]) <= (1.0 + 1e-5) * self.horizon
+
+    def borders(self) -> Borders:
+        return SWALLOWING
 
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0

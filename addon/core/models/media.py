@@ -11,7 +11,10 @@ from typing import ClassVar
 import numpy as np
 
 from .base import Model, ParameterError
+from .borders import FRONT, NO_BORDERS, RIM, SWALLOWING, Borders
 from .noise import noise
+
+BEYOND_BORDER = 1.01  # a ray has crossed a ball's border before it leaves the bounding sphere
 
 
 class Medium:
@@ -23,6 +26,7 @@ class Medium:
     parameters: ClassVar[tuple[str, ...]]  # those of the model that it reads
     straight_far_out: ClassVar[bool] = True  # False: n goes on changing beyond the flat radius
     more_files: ClassVar[tuple[str, ...]] = ()  # of shaders/, that it calls
+    borders: ClassVar[Borders] = NO_BORDERS  # as Model.borders()
     symmetry: ClassVar[str] = ""  # "RADIAL": n(|x|); "LAYERED": n(z); a flag of the shader, for what is conserved
 
     def __init__(self, model: Model):
@@ -102,6 +106,7 @@ class Explosion(Medium):
     """
 
     key = "explosion"
+    borders = FRONT
     more_files = ("media/noise", "common/vacuum")
     label = "Explosion"
     description = "A blast wave: a rough front of dense air that expands with Time, thin air behind it"
@@ -152,13 +157,14 @@ class Explosion(Medium):
         return size * min(max(0.25 * self.model.thickness, 0.002), 0.05)
 
     def flat_radius(self) -> float:
-        return self.blast_radius() * (1.0 + self.model.roughness + 0.5 * self.model.thickness)
+        return BEYOND_BORDER * self.blast_radius() * (1.0 + self.model.roughness + 0.5 * self.model.thickness)
 
 
 class Shell(Medium):
     """n = 1 + strength within the radius, 1 outside, a quintic of width thickness · radius between them."""
 
     key = "shell"
+    borders = FRONT
     more_files = ("common/vacuum",)
     label = "Ball Behind a Front"
     description = "A ball whose index changes across a thin spherical front: Snell's law as Thickness falls"
@@ -184,7 +190,7 @@ class Shell(Medium):
         return self.model.radius * min(max(0.25 * self.model.thickness, 0.002), 0.05)
 
     def flat_radius(self) -> float:
-        return self.model.radius * (1.0 + 0.5 * self.model.thickness)
+        return BEYOND_BORDER * self.model.radius * (1.0 + 0.5 * self.model.thickness)
 
 
 class Mirage(Medium):
@@ -224,6 +230,7 @@ class Luneburg(Medium):
     """n = √(2 − r²/R²) within R, 1 outside: every ray of a parallel beam meets one point of the rim. Luneburg 1944."""
 
     key = "luneburg"
+    borders = RIM
     more_files = ("common/vacuum",)
     label = "Luneburg Lens"
     description = "A ball that focuses a parallel beam in a point of its rim"
@@ -243,7 +250,7 @@ class Luneburg(Medium):
         return 0.02 * self.model.radius
 
     def flat_radius(self) -> float:
-        return self.model.radius
+        return BEYOND_BORDER * self.model.radius
 
 
 class Fisheye(Medium):
@@ -304,6 +311,7 @@ class Isotropic(Medium):
     """
 
     key = "isotropic"
+    borders = SWALLOWING
     label = "Black Hole as a Medium"
     description = "The index that bends light exactly as a Schwarzschild black hole does, in isotropic coordinates"
     parameters = ("mass",)

@@ -20,6 +20,7 @@ import numpy as np
 from ..expressions import GLSL_FILE, ExpressionError, parse
 from ..textures import folded
 from .base import Model, ParameterError
+from .borders import NO_BORDERS, SWALLOWING, Borders
 from .parameter import Option, Parameter, Text
 from .reach import within_reach
 
@@ -137,6 +138,9 @@ class RadialPotential(Model):
     def clear_distances(self, states: np.ndarray) -> np.ndarray:
         r = self.nearest(states)
         return np.maximum(r - self.R, 0.0) + 0.25 * self.R if self.xi == "cubic" else 0.25 * r
+
+    def borders(self) -> Borders:
+        return NO_BORDERS if self.xi == "cubic" else SWALLOWING
 
     def force_of_position(self) -> bool:
         return True

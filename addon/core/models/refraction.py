@@ -16,6 +16,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .base import Model
+from .borders import Borders
 from .grid import Grid
 from .media import Explosion, Fisheye, Isotropic, Linear, Luneburg, Medium, Mirage, Shell
 from .parameter import Option, Parameter, Text
@@ -213,6 +214,9 @@ class Refraction(Model):
                 f"'{self.law.label}' has no light (its n is not a positive number there). Move the camera or the model."
             )
         return None
+
+    def borders(self) -> Borders:
+        return self.law.borders
 
     def shader_files(self) -> tuple[str, ...]:
         return (f"models/{self.name}", *self.law.files())

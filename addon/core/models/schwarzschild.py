@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from .base import Model
+from .borders import SWALLOWING, Borders
 from .parameter import Parameter
 
 
@@ -40,6 +41,9 @@ class Schwarzschild(Model):
 
     def force_of_position(self) -> bool:
         return True
+
+    def borders(self) -> Borders:
+        return SWALLOWING
 
     def orbit_files(self) -> tuple[str, ...]:
         return ("models/schwarzschild_orbit",)

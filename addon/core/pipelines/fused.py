@@ -65,13 +65,14 @@ class FusedPipeline:
         if request.straight:
             flags.add("STRAIGHT")
         else:
-            files += ["common/bounds", *request.integrator.files]
+            files += ["common/bounds", *request.integrator.files, f"stepping/{settings.step_control}"]
             generated += request.integrator.generated
             if settings.step_control != "constant":
                 files.append(f"step_control/{settings.step_control}")
-                flags |= {"ADAPTIVE", settings.step_control.upper()}
                 if "rejected" in asked:
                     flags.add("REJECTED")
+            if settings.step_control == "embedded":
+                files.append("chords/none")
         if packed.triangle_count or packed.sphere_count:
             flags |= {"GEOMETRY", "TREE"}
             if not request.straight:

@@ -133,10 +133,12 @@ class PaperPipeline:
         self.setup = self._with_model("passes/ray_setup", "common/ray_start", camera, *observer)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
         if "CHORDS" in flags:
-            control = (*control, "common/sagitta")
-        inside = control if "EMBEDDED" in flags else ()
-        # Step doubling writes down the effort in its own pass, after both integrations.
-        noted = flags & {"EMBEDDED", "EFFORT", "CHORDS"} if inside else set()
+            control = (*control, "chords/sagitta")
+        inside = (request.advance,)
+        noted = set()
+        if "EMBEDDED" in flags:  # step doubling writes down the effort in its own pass, after both integrations
+            chords = ("chords/none",) if "CHORDS" not in flags else ()
+            inside, noted = ("stepping/embedded", *control, *chords), flags & {"EMBEDDED", "EFFORT"}
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
         self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT", "CHORDS"})
@@ -286,6 +288,7 @@ class PaperPipeline:
             "u_escape_radius": request.escape_radius,
             "u_inner_radius": request.inner_radius,
             "u_bends_within": request.bends_within,
+            "u_first_reach": 0.0,
         }
         with self.watch.stage("trace"):
             if not self._trace(report, stopped):

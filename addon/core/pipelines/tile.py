@@ -73,6 +73,7 @@ class Request:
     """Everything a pipeline needs to make its programs, beside the settings.
 
     camera          "perspective", "orthographic" or "given"
+    advance         file of advances/: constant steps of the paper's pipeline
     observer        file of observers/
     flat_frame      whether observers/flat is needed, for a model without a frame at rest of its own
     packed          the scene's textures
@@ -92,6 +93,7 @@ class Request:
     camera: str
     model: ModelShader
     integrator: IntegratorShader
+    advance: str
     observer: str
     packed: Packed
     cube: np.ndarray | None

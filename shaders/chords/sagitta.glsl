@@ -5,7 +5,7 @@ vec3 ray_direction(RayState s);  // unit: the way the ray goes
 
 uniform float u_chord_tolerance;  // radians
 
-float sagitta_excess(RayState a, RayState b, float tau) {
+float chord_excess(RayState a, RayState b, float tau) {
     float sagitta = 0.125 * length(b.x - a.x) * length(ray_direction(b) - ray_direction(a));
     return sagitta / (u_chord_tolerance * max(tau * length(b.v), 1e-30));
 }

@@ -1,0 +1,21 @@
+// Provides constant steps that end where the law swallows the ray, on the step's chord.
+
+Step advance(RayState s, float h);  // one step of the integrator
+vec4 border(vec3 x);
+float leapt_over(RayState before, RayState after);  // the part of a step beyond a border that both its ends are outside of
+
+const int ROUNDS = 3;  // of Newton's method; a border around something is met from its outer side, without overshoot
+
+RayState advanced(RayState s, float h) {
+    RayState after = advance(s, h).state;
+    if (border(after.x).w > 0.0 && leapt_over(s, after) == 0.0) return after;
+    vec3 along = after.x - s.x;
+    float t = 0.0;
+    for (int i = 0; i < ROUNDS; ++i) {
+        vec4 edge = border(s.x + t * along);
+        t = clamp(t - edge.w / min(dot(edge.xyz, along), -1e-30), 0.0, 1.0);
+    }
+    vec3 x = s.x + t * along;
+    vec4 edge = border(x);
+    return RayState(x - edge.w / max(dot(edge.xyz, edge.xyz), 1e-30) * edge.xyz, mix(s.v, after.v, t));
+}
