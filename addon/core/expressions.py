@@ -94,6 +94,7 @@ FUNCTIONS = {
     ),
 }
 ALIASES = {"pow": "^"}
+JUMPS = ("step", "sign", "floor")
 OPERATIONS = OPERATORS | FUNCTIONS
 
 
@@ -183,6 +184,19 @@ class Expression:
                 total = simplified("+", total, simplified("*", partial.replaced(inner), change))
         return total
 
+    def jumps(self) -> tuple[Expression, ...]:
+        """Its parts that jump (step, sign, floor), each once, the inner ones before those that they are in."""
+        inner = dict.fromkeys(jump for part in self.arguments for jump in part.jumps())
+        return (*inner, *((self,) if self.head in JUMPS and self not in inner else ()))
+
+    def with_parts(self, parts: Mapping[Expression, Expression]) -> Expression:
+        """With other expressions instead of some of its parts."""
+        if self in parts:
+            return parts[self]
+        if not self.arguments:
+            return self
+        return simplified(self.head, *[part.with_parts(parts) for part in self.arguments])
+
     def replaced(self, expressions: Mapping[str, Expression]) -> Expression:
         """With expressions instead of names."""
         if self.head == "name":
@@ -190,6 +204,10 @@ class Expression:
         if not self.arguments:
             return self
         return simplified(self.head, *[part.replaced(expressions) for part in self.arguments])
+
+
+def named(name: str) -> Expression:
+    return Expression("name", name=name)
 
 
 def number(value: float) -> Expression:

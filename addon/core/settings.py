@@ -77,7 +77,7 @@ class Settings:
     tolerance           angle, radians, that a segment ("doubling") or the whole ray ("embedded") may be wrong by;
                         None: TOLERANCES of the pipeline
     chord_tolerance     angle, radians, that what is intersected may be away from the ray: a chord in the paper's
-                        pipeline ("embedded"), a curve in the fused one; None: the tolerance
+                        pipeline ("embedded"), None: the tolerance; a curve in the fused one, None: a twentieth of it
     max_steps           steps a ray may take
     segments            n_segs: chords a ray may take
     steps_per_segment   n_integration: steps between two chords

@@ -323,9 +323,9 @@ def make_request(
         model_files = (*model_files, "models/endless")
     orbit = takes_orbits(model, settings, packed)
     if orbit:  # its steps are no lengths; what stalls is told by the chart itself
-        model_files, model_flags = (*model_files, *model.orbit_files(), *NO_BORDERS.files), model_flags | {"ORBIT"}
+        model_files, model_flags = (*model_files, *model.orbit_files(), *NO_BORDERS.files, "captures/none"), model_flags | {"ORBIT"}
     else:
-        model_files = (*model.borders().files, *model_files)
+        model_files = (*model.borders().files, *model_files, model.capture_file())
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),
@@ -370,7 +370,7 @@ def integrator_for(model: Model, settings: Settings) -> str:
             "have. Choose 'automatic' or another one."
         )
     if name == "automatic":
-        name = "nystrom_64" if suits("nystrom_64", model) else "dormand_prince_54"
+        name = "nystrom_64" if suits("nystrom_64", model) and model.smooth() else "dormand_prince_54"
     return model.own_integrator() or name
 
 

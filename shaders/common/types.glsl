@@ -26,6 +26,7 @@ struct Ray {             // on its way
     vec2 gap;            // how far the border of the region that it is in is, and how fast that changes
     float border_ahead;  // tau to the border that the last attempt went past; else NO_BORDER_AHEAD
     bool at_border;      // the last step ended on one
+    bool is_captured;    // certain to be absorbed
 };
 
 struct Segment {

@@ -3,14 +3,13 @@
 //     f = - sum over centres c of  (x - c) / r  xi(r),   r = |x - c|
 //
 // xi, its potential and its scale stand in models/radial_<xi>.glsl, or are printed from a formula. State: x in model
-// lengths, v = dx/dtau, |v| = 1 at the camera. Where xi is singular, a ray within the core of a centre is absorbed.
+// lengths, v = dx/dtau, |v| = 1 at the camera. What xi ends at stands in models/radial_core.glsl or models/radial_rim.glsl.
 
 uniform float u_k;            // coulomb, model lengths
 uniform float u_zeta;         // yukawa, model lengths
 uniform float u_mu;           // yukawa, 1 / model lengths
 uniform float u_R;            // cubic, model lengths
 uniform float u_strength;     // cubic, 1 / model lengths
-uniform float u_core_radius;  // model lengths
 #ifdef ONE_CENTRE
 uniform vec3 u_centre;
 
@@ -76,27 +75,6 @@ RayState rhs(RayState s) {
 
 vec3 ray_direction(RayState s) {
     return unit_or(s.v, vec3(0.0, 0.0, -1.0));
-}
-
-// Of a singular force: the core, on which a ray is absorbed.
-vec4 border(vec3 x) {
-    vec3 outward = x - nearest_centre(x);
-    float r = length(outward);
-    return vec4(outward / max(r, 1e-30), r - u_core_radius);
-}
-
-vec3 border_heart(vec3 x) {
-    return nearest_centre(x);
-}
-
-const float ABSORBING = 1.0 + 1.0e-5;  // in core radii: a ray that has come to the border is absorbed
-
-bool absorbed(RayState s) {
-#ifdef SINGULAR
-    return nearest(s.x) < ABSORBING * u_core_radius;
-#else
-    return false;
-#endif
 }
 
 float longest_step(RayState s) {

@@ -18,6 +18,7 @@ void take_step(inout Ray ray);      // one step, or an attempt that does not sta
 float first_try(RayState rate);     // the step to try where nothing is known of a step's error
 float first_demand();
 bool absorbed(RayState s);
+bool captured(RayState s);   // certain to be absorbed
 bool outside(RayState s);    // the ray left the bounding sphere and cannot come back
 float time_left(float tau);  // until the model ends a ray that has met nothing
 void hold(vec3 x);           // the law's formula in the region that x is in
@@ -160,13 +161,15 @@ bool escaped(RayState s, RayState rate) {
 #endif
 
 #ifndef STRAIGHT
-// RUNNING for a ray that goes on.
-float status_of(Ray ray) {
+// RUNNING for a ray that goes on. One that is certain to be absorbed is, whatever the method makes of it.
+float status_of(inout Ray ray) {
+    bool was_captured = ray.is_captured;
+    ray.is_captured = captured(ray.state);
+    if (ray.status == RUNNING && ray.taken >= u_max_steps) ray.status = STEP_LIMIT;
+    if (absorbed(ray.state) || (was_captured && (!ray.is_captured || ray.status != RUNNING))) return ABSORBED;
     if (ray.status == NOT_FINITE) return NOT_FINITE;
-    if (absorbed(ray.state)) return ABSORBED;
     if (escaped(ray.state, ray.rate)) return ESCAPED;
     if (time_left(ray.tau) <= 0.0) return LEFT_DOMAIN;
-    if (ray.status == RUNNING && ray.taken >= u_max_steps) return STEP_LIMIT;
     return ray.status;
 }
 #endif
@@ -277,6 +280,7 @@ void main() {
     ray.gap = border_gap(ray.state, ray.rate);
     ray.border_ahead = NO_BORDER_AHEAD;
     ray.at_border = false;
+    ray.is_captured = captured(ray.state);
     int draw_end = ray.taken + u_draw_steps;
 #ifdef CURVES
     Hit hit;
@@ -350,9 +354,10 @@ void main() {
             hit.fraction = 1.0;
             ++k;
             if (first_hit(part, thick_probe(part), hit)) {
-                ray.status = HIT;
                 hit_direction = normalize(tangent_at(part, hit.fraction));
                 line.a = point_at(part, hit.fraction);
+                // At a loose tolerance a curve may take a short cut through a horizon, where nothing is to be seen.
+                ray.status = absorbed(RayState(line.a, ray.state.v)) ? ABSORBED : HIT;
                 line.b = line.a + hit_direction;
                 ray.tau = piece_tau + (float(k - 1) + hit.fraction) * share * span;
                 hit.fraction = 0.0;

@@ -3,6 +3,7 @@
 // this pass fail the depth test at 0, so that the first ending stands.
 
 bool absorbed(RayState s);
+bool captured(RayState s);  // certain to be absorbed
 bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
 float time_left(float tau);  // until the model ends a ray that has met nothing
 vec3 ray_direction(RayState s);
@@ -66,8 +67,8 @@ void main() {
     else if (absorbed(s)) status = ABSORBED;
     else if (outside(s)) status = ESCAPED;
     else if (time_left(x.w) <= 0.0) status = LEFT_DOMAIN;
-    else if (v.w <= 0.0) status = STEP_TOO_SMALL;
-    else if (u_last_segment) status = STEP_LIMIT;
+    else if (v.w <= 0.0) status = captured(s) ? ABSORBED : STEP_TOO_SMALL;
+    else if (u_last_segment) status = captured(s) ? ABSORBED : STEP_LIMIT;
 
     vec4 before = texelFetch(u_x_before, pixel, 0);
 #ifdef GEOMETRY

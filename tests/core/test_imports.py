@@ -84,7 +84,8 @@ def room_of(name):
 def test_the_scan_sees_known_imports():
     own, foreign = imports("core.trace")
     assert {"core.device", "core.pipelines.paper", "core.scene"} <= own and "numpy" in foreign
-    assert imports("core.models.schwarzschild")[0] == {"core.models.base", "core.models.borders", "core.models.parameter"}
+    of_a_model = {"core.models.base", "core.models.borders", "core.models.parameter"}
+    assert imports("core.models.schwarzschild")[0] == of_a_model
     assert "moderngl" in imports("core.device")[1]
 
 

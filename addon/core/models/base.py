@@ -100,6 +100,14 @@ class Model:
         """
         return False
 
+    def capture_file(self) -> str:
+        """The file of shaders/captures: whether a ray is certain to be absorbed before it is."""
+        return "captures/none"
+
+    def smooth(self) -> bool:
+        """Whether the force has the derivatives that a method of sixth order needs, but for its borders."""
+        return True
+
     def borders(self) -> Borders:
         """Where the law is not smooth or swallows rays."""
         return NO_BORDERS
@@ -111,7 +119,7 @@ class Model:
         return ()
 
     def last_parameter(self) -> float:
-        """τ at which a ray ends that has met nothing until then. If finite, the GLSL defines float time_left(float tau)."""
+        """τ at which a ray ends that has met nothing until then. If finite, the GLSL defines time_left(tau)."""
         return math.inf
 
     # Its scales

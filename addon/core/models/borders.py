@@ -8,8 +8,8 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Borders:
     """files : of shaders/borders. With "located" among them, the law defines border(), which is positive in the region
-    that a ray is in and 0 on its border, and border_heart(), what the border lies around; where a ray may cross it, also
-    hold(), which chooses the formula of a region.
+    that a ray is in and 0 on its border, and border_heart(), what the border lies around; where a ray may cross it,
+    also hold(), which chooses the formula of a region.
     advance : the file of shaders/advances, for constant steps in the paper's pipeline
     """
 
@@ -19,7 +19,7 @@ class Borders:
 
 NO_BORDERS = Borders(("borders/none", "borders/all_errors"), "advances/plain")
 SWALLOWING = Borders(("borders/located", "borders/swallowing", "borders/all_errors"), "advances/swallowed")
-# The law is continuous on a rim and in a front: constant steps, which know no errors, go through them as through all else.
+# The law is continuous on a rim and in a front: constant steps, which know no errors, go through as through all else.
 RIM = Borders(("borders/located", "borders/rim", "borders/all_errors"), "advances/plain")
 FRONT = Borders(("borders/located", "borders/refracting", "borders/front_errors"), "advances/plain")
 JUMP = Borders(("borders/located", "borders/refracting", "borders/all_errors"), "advances/crossing")

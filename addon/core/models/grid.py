@@ -25,6 +25,7 @@ class Grid(Medium):
     """The model's extras: grid, float, (nz, ny, nx), densities; grid_min, grid_max : (3,), the box's corners."""
 
     key = "grid"
+    smooth = False  # cubic splines: the force has a kink at every voxel
     label = "Volume"
     description = "The density of a volume: n = 1 + Strength · density"
     parameters = ("strength",)

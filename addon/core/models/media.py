@@ -26,6 +26,8 @@ class Medium:
     parameters: ClassVar[tuple[str, ...]]  # those of the model that it reads
     straight_far_out: ClassVar[bool] = True  # False: n goes on changing beyond the flat radius
     more_files: ClassVar[tuple[str, ...]] = ()  # of shaders/, that it calls
+    smooth: ClassVar[bool] = True  # as Model.smooth()
+    capture_file: ClassVar[str] = "captures/none"  # as Model.capture_file()
     borders: ClassVar[Borders] = NO_BORDERS  # as Model.borders()
     symmetry: ClassVar[str] = ""  # "RADIAL": n(|x|); "LAYERED": n(z); a flag of the shader, for what is conserved
 
@@ -312,6 +314,7 @@ class Isotropic(Medium):
 
     key = "isotropic"
     borders = SWALLOWING
+    capture_file = "captures/isotropic"
     label = "Black Hole as a Medium"
     description = "The index that bends light exactly as a Schwarzschild black hole does, in isotropic coordinates"
     parameters = ("mass",)

@@ -20,7 +20,7 @@ import numpy as np
 from ..expressions import GLSL_FILE, ExpressionError, parse
 from ..textures import folded
 from .base import Model, ParameterError
-from .borders import NO_BORDERS, SWALLOWING, Borders
+from .borders import RIM, SWALLOWING, Borders
 from .parameter import Option, Parameter, Text
 from .reach import within_reach
 
@@ -140,7 +140,7 @@ class RadialPotential(Model):
         return np.maximum(r - self.R, 0.0) + 0.25 * self.R if self.xi == "cubic" else 0.25 * r
 
     def borders(self) -> Borders:
-        return NO_BORDERS if self.xi == "cubic" else SWALLOWING
+        return RIM if self.xi == "cubic" else SWALLOWING
 
     def force_of_position(self) -> bool:
         return True
@@ -179,10 +179,11 @@ class RadialPotential(Model):
     def shader_files(self) -> tuple[str, ...]:
         kind = f"models/radial_{self.xi}"
         formulas = (GLSL_FILE, "models/reach") if self.xi == "expression" else ()
-        return (*formulas, "models/radial_potential", kind)
+        ends = "models/radial_rim" if self.xi == "cubic" else "models/radial_core"
+        return (*formulas, "models/radial_potential", ends, kind)
 
     def flags(self) -> frozenset[str]:
-        flags = {"cubic": (), "expression": ("SINGULAR", "FORMULA")}.get(self.xi, ("SINGULAR",))
+        flags = {"FORMULA"} if self.xi == "expression" else set()
         return frozenset(flags) | ({"ONE_CENTRE"} if len(self.centres) == 1 else set())
 
     def generated(self) -> tuple[tuple[str, str], ...]:

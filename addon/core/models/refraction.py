@@ -215,6 +215,12 @@ class Refraction(Model):
             )
         return None
 
+    def capture_file(self) -> str:
+        return self.law.capture_file
+
+    def smooth(self) -> bool:
+        return self.law.smooth
+
     def borders(self) -> Borders:
         return self.law.borders
 

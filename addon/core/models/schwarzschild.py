@@ -42,6 +42,9 @@ class Schwarzschild(Model):
     def force_of_position(self) -> bool:
         return True
 
+    def capture_file(self) -> str:
+        return "captures/schwarzschild"
+
     def borders(self) -> Borders:
         return SWALLOWING
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..expressions import GLSL_FILE, ExpressionError, parse
+from ..expressions import GLSL_FILE, Expression, ExpressionError, named, number, parse, simplified
 from .base import ParameterError
+from .borders import JUMP, NO_BORDERS, Borders
 from .media import Medium
 
 NAMES = ("x", "y", "z", "r", "t")
@@ -57,16 +58,91 @@ class Typed(Medium):
     def files(self):
         return (*super().files(), GLSL_FILE)
 
-    def generated(self) -> tuple[tuple[str, str], ...]:
-        """typed_index(): the gradient of n, and n."""
-        renamed = {"x": "p.x", "y": "p.y", "z": "p.z"}
-        slope = {name: expression.glsl(renamed) for name, expression in self.slopes.items()}
-        text = f"""// Provides the index that the user typed. Printed by addon/core/models/typed_index.py.
+    @property
+    def borders(self) -> Borders:
+        """Where the formula jumps, which only its parts step, sign and floor do."""
+        return JUMP if self.index.jumps() else NO_BORDERS
 
+    def generated(self) -> tuple[tuple[str, str], ...]:
+        """typed_index(): the gradient of n, and n. Where the formula jumps, each of its jumps has the value that is held
+        of it, and the functions of a law with borders are printed, too.
+        """
+        held: dict[Expression, Expression] = {}
+        holds, gaps = [], []
+        for jump in self.index.jumps():
+            jump_held = Expression(jump.head, tuple(part.with_parts(held) for part in jump.arguments))
+            name = f"held_{len(held)}"
+            holds.append(f"    {name} = {jump_held.glsl(RENAMED)};")
+            gaps += _gaps(jump_held, name)
+            held[jump] = named(name)
+        index = self.index.with_parts(held)
+        text = f"""// Provides the index that the user typed. Printed by addon/core/models/typed_index.py.
+{"".join(f"{chr(10)}float {name.name} = 0.0;" for name in held.values())}
 vec4 typed_index(vec3 p, float t) {{
     float r = length(p);
     vec3 outward = p / max(r, 1e-30);
-    return vec4(vec3({slope["x"]}, {slope["y"]}, {slope["z"]}) + {slope["r"]} * outward, {self.index.glsl(renamed)});
+    return vec4({_gradient(index)}, {index.glsl(RENAMED)});
 }}
 """
-        return (("media/typed_index", text),)
+        return (("media/typed_index", text + (_borders(holds, gaps) if held else "")),)
+
+
+RENAMED = {"x": "p.x", "y": "p.y", "z": "p.z"}
+
+
+def _gradient(expression: Expression) -> str:
+    """GLSL, a vec3."""
+    slope = {name: expression.derivative(name).glsl(RENAMED) for name in "xyzr"}
+    return f"vec3({slope['x']}, {slope['y']}, {slope['z']}) + {slope['r']} * outward"
+
+
+def _gaps(jump: Expression, held: str) -> list[tuple[str, Expression]]:
+    """What a jump is positive by as long as it has the value that is held of it, as (sign, expression).
+
+    jump : its own arguments may hold others;  held : the name of its value
+    """
+    first, last = jump.arguments[0], jump.arguments[-1]
+    if jump.head == "floor":
+        low = simplified("-", first, named(held))
+        return [("1.0", low), ("1.0", simplified("-", number(1.0), low))]
+    if jump.head == "sign":
+        return [(f"({held} >= 0.0 ? 1.0 : -1.0)", first)]
+    return [(f"({held} > 0.5 ? 1.0 : -1.0)", simplified("-", last, first))]
+
+
+def _borders(holds: list[str], gaps: list[tuple[str, Expression]]) -> str:
+    """hold() and border() of shaders/borders: the jump that is nearest, as a distance."""
+    tests = "".join(
+        f"    nearest = nearer_jump(nearest, {sign} * vec4({_gradient(gap)}, {gap.glsl(RENAMED)}));\n"
+        for sign, gap in gaps
+    )
+    return f"""
+void hold(vec3 p) {{
+    float r = length(p);
+    float t = u_time;
+{chr(10).join(holds)}
+}}
+
+// The one that is nearer, as a distance from where it jumps. a : a distance;  b : gradient and value
+vec4 nearer_jump(vec4 a, vec4 b) {{
+    b /= max(length(b.xyz), 1e-30);
+    return b.w < a.w ? b : a;
+}}
+
+vec4 border(vec3 p) {{
+    float r = length(p);
+    float t = u_time;
+    vec3 outward = p / max(r, 1e-30);
+    vec4 nearest = vec4(0.0, 0.0, 0.0, 1e30);
+{tests}    return nearest;
+}}
+
+// A long step is looked at in its middle, too.
+vec3 border_heart(vec3 p) {{
+    return p;
+}}
+
+bool settles() {{
+    return true;
+}}
+"""
