@@ -323,9 +323,10 @@ def make_request(
         model_files = (*model_files, "models/endless")
     orbit = takes_orbits(model, settings, packed)
     if orbit:  # its steps are no lengths; what stalls is told by the chart itself
-        model_files, model_flags = (*model_files, *model.orbit_files(), *NO_BORDERS.files, "captures/none"), model_flags | {"ORBIT"}
+        model_files = (*NO_BORDERS.files, "captures/none", *model_files, *model.orbit_files())
+        model_flags |= {"ORBIT"}
     else:
-        model_files = (*model.borders().files, *model_files, model.capture_file())
+        model_files = (*model.borders().files, model.capture_file(), *model_files)
     return Request(
         settings=settings,
         camera=camera_file or scene.camera.kind.lower(),

@@ -101,7 +101,7 @@ WAYS = {
     "luneburg": medium("luneburg", (-1.2, 0.5, 0.2), (1, 0, 0), 2.0, 0.1, 1, radius=2.0),
     "fisheye": medium("fisheye", (-1, 0.5, 0.2), (1, 0, 0), 1.0, index=1.5),
     "isotropic": medium("isotropic", (-1, 1, 0.2), (1, 0, 0), 1.375, mass=0.1),
-    "shell": medium("shell", (-0.4, 0.75, 0.2), (1, 0, 0), 0.6875, 0.02, thickness=0.5),
+    "shell": medium("shell", (-0.4, 0.9, 0.2), (1, 0, 0), 0.6875, 0.02, thickness=0.5),
     "grid": medium("grid", (-0.7, 0.3, 0.2), (1, 0, 0), 0.21875, 0.05, 1, strength=12.0, **WIDE_VOXELS),
     "typed index": medium("expression", (-1, 0.5, 0.2), (1, 0, 0), 1.5),
 }

@@ -139,7 +139,7 @@ PARTS = {
         True, False,
     ),
     "volume": (
-        everything(GRID), {"model": MODELS["refraction"](medium="luneburg")}, {}, (" sampler3D", "u_grid"), True, False,
+        everything(GRID), {"model": MODELS["refraction"](medium="fisheye")}, {}, (" sampler3D", "u_grid"), True, False,
     ),
     "integration": (
         everything(), {"model": scenes.STRAIGHT}, {"passes": ("Combined", "Normal")},

@@ -31,6 +31,7 @@ def test_the_system_is_solved(glsl, name):
     states = states.astype(np.float32).astype(float)
     step = way.length / 16
     body = f"""
+        hold(x.xyz);
         RayState s = RayState(x.xyz, v.xyz);
         RayState first = rhs(s);
         RayState k = solve(linearise(s, first, {step!r}), first.x, first.v);

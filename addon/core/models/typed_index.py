@@ -64,8 +64,8 @@ class Typed(Medium):
         return JUMP if self.index.jumps() else NO_BORDERS
 
     def generated(self) -> tuple[tuple[str, str], ...]:
-        """typed_index(): the gradient of n, and n. Where the formula jumps, each of its jumps has the value that is held
-        of it, and the functions of a law with borders are printed, too.
+        """typed_index(): the gradient of n, and n. Where the formula jumps, each of its jumps has the value that is
+        held of it, and the functions of a law with borders are printed, too.
         """
         held: dict[Expression, Expression] = {}
         holds, gaps = [], []
