@@ -379,9 +379,9 @@ def test_normals(view):
     digits differ depends on the processor (Embree chooses its instructions by it): this bound does not.
 
     How far apart: what their Position passes differ by, and what either pass and the place itself lose to rounding up
-    to 14 m. Beside it each renderer rounds a unit vector a dozen times; a flat face's normal comes from its corners, whose
-    rounding turns it the more the lower the triangle is; and Blender 5 packs a corner's normal into two 15-bit numbers,
-    2 / 2^15 apart: an error of less than that.
+    to 14 m. Beside it each renderer rounds a unit vector a dozen times; a flat face's normal comes from its corners,
+    whose rounding turns it the more the lower the triangle is; and Blender 5 packs a corner's normal into two 15-bit
+    numbers, 2 / 2^15 apart: an error of less than that.
     """
     inside = view.inside
     error = np.linalg.norm(view.ours["Normal"] - view.cycles["Normal"], axis=-1)
