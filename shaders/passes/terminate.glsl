@@ -75,8 +75,8 @@ void main() {
     vec2 found = texelFetch(u_depth, pixel, 0).xy;
     float depth = found.x;
     if (depth < NO_HIT) {
-        status = HIT;
         x = mix(before, x, found.y);
+        status = absorbed(RayState(x.xyz, v.xyz)) ? ABSORBED : HIT;  // a long chord may go through a horizon
     }
 #else
     float depth = u_segment + 1.0;
