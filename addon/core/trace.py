@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import device as gpu
+from .aim import far_camera, moments
 from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
 from .memory import TILE, frame_bytes
@@ -173,11 +174,10 @@ def trace_rays(
     columns = min(n, RAYS_A_ROW)
     camera = Camera(np.eye(4), (-1, 1, -1, 1), columns, rows)
     scene = Scene(camera, model) if scene is None else replace(scene, camera=camera, model=model)
-    folded = [_folded(rays, rows, columns) for rays in (positions, directions)]
     asked = {"steps", "drift"} | ({"error", "rejected"} if settings.step_control != "constant" else set())
     packed = pack_for(scene, settings)
     reach = float(np.linalg.norm(positions, axis=1).max())
-    request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
+    request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (positions, directions))
     pipeline = make_pipeline(request, (columns, rows), columns, rows, Stopwatch())
     whole = TileEnds(*(np.empty((rows, columns, 4), np.float32) for _ in range(2)))
     whole.tally, whole.rejected = np.empty_like(whole.position), np.zeros_like(whole.position)
@@ -274,10 +274,11 @@ def make_request(
     camera: dict[str, object],
     outputs: frozenset[str],
     reach: float | None = None,
-    rays: tuple[np.ndarray, np.ndarray] | None = None,
-    camera_file: str | None = None,
+    rays: tuple[np.ndarray, ...] | None = None,
 ) -> Request:
-    """Gather what the pipeline needs. reach : how far from the model's centre rays begin, model lengths."""
+    """Gather what the pipeline needs. reach : how far from the model's centre rays begin, model lengths.
+    rays : positions and directions, float64, (n, 3), instead of the camera's
+    """
     model, placement = scene.model, scene.placement
     if settings.observer not in model.observers:
         raise SettingsError(
@@ -306,10 +307,18 @@ def make_request(
     values["u_light_count"] = packed.light_count
     values["u_sky_color"] = tuple(scene.environment.color)
     values["u_world_from_model"] = _column_major(placement.rotation)
-    values["u_observer_velocity"] = tuple(placement.directions_to_model(settings.observer_velocity))
+    velocity = placement.directions_to_model(settings.observer_velocity)
+    values["u_observer_velocity"] = tuple(velocity)
     observer = settings.observer
     if observer == "static" and not model.has_static_frame:
         observer = "chart"
+    inner_radius = min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius))
+    kind = scene.camera.kind.lower() if rays is None else "given"
+    if rays is None:
+        values |= far_camera(scene.camera, placement, model, observer, velocity)
+    else:  # those that begin within the inner radius need no moment
+        far = reach > inner_radius
+        rays = (*rays, moments(model, observer, velocity, *rays) if far else np.zeros_like(rays[0]))
     far_sky = scene.far_environment if model.has_far_side and "color" in outputs else None
     if far_sky is not None:
         values["u_far_sky_color"] = tuple(far_sky.color)
@@ -323,7 +332,7 @@ def make_request(
         model_files, model_flags = (*model_files, *model.orbit_files()), model_flags | {"ORBIT"}
     return Request(
         settings=settings,
-        camera=camera_file or scene.camera.kind.lower(),
+        camera=kind,
         model=ModelShader(model_files, model_flags, model.generated(), model.textures()),
         integrator=integrator_shader(integrator_for(model, settings), settings.pipeline == "fused"),
         observer=observer,
@@ -334,9 +343,9 @@ def make_request(
         smallest_step=0.0 if orbit else smallest_part * min(step, model.default_step()),
         escape_radius=radius,
         bends_within=model.bends_within,
-        inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
+        inner_radius=inner_radius,
         outputs=outputs,
-        rays=rays,
+        rays=rays and tuple(_folded(part, *reversed(scene.camera.size)) for part in rays),
         flat_frame=not model.has_static_frame and (observer == "moving" or "frequency" in outputs),
         far_sky=far_sky,
         straight=not model.curved,
@@ -554,17 +563,17 @@ def _column_major(matrix: np.ndarray) -> tuple[float, ...]:
 
 
 def _rays(positions, directions) -> tuple[np.ndarray, np.ndarray]:
-    positions, directions = np.asarray(positions, np.float32), np.asarray(directions, np.float32)
+    positions, directions = np.asarray(positions, np.float64), np.asarray(directions, np.float64)
     for name, rays in (("positions", positions), ("directions", directions)):
         if rays.ndim != 2 or rays.shape[1] != 3:
             raise ValueError(f"'{name}' has the shape {rays.shape}, but needs (n, 3). Reshape it.")
-        if not np.isfinite(rays).all():
+        if not np.isfinite(rays.astype(np.float32)).all():
             raise ValueError(f"'{name}' holds values that are not finite. Remove these rays.")
     if len(positions) != len(directions):
         raise ValueError(
             f"There are {len(positions)} positions but {len(directions)} directions. Give as many of both."
         )
-    if len(directions) and not np.linalg.norm(directions, axis=1).min() > 0:
+    if len(directions) and not np.linalg.norm(directions.astype(np.float32), axis=1).min() > 0:
         raise ValueError("A direction is zero. Remove this ray.")
     return positions, directions
 

@@ -10,7 +10,7 @@
 // draw (RESUMED).
 
 void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);  // where and which way pixel looks
-RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
+RayState ray_start(vec2 pixel, vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
 vec3 ray_direction(RayState s);
 #ifndef STRAIGHT
 RayState rhs(RayState s);  // d/dtau of the state
@@ -230,10 +230,11 @@ void main() {
 #else
     vec2 pixel = gl_FragCoord.xy;
 #endif
-    camera_ray(pixel + u_pixel_offset, origin, direction);
+    pixel += u_pixel_offset;
+    camera_ray(pixel, origin, direction);
     float tau;
 #ifdef STRAIGHT
-    RayState s = ray_start(origin, direction, u_escape_radius, tau);
+    RayState s = ray_start(pixel, origin, direction, u_escape_radius, tau);
     float way = u_step;
     float status = ESCAPED;
 #ifdef GEOMETRY
@@ -250,7 +251,7 @@ void main() {
 #else
 #ifdef ORBIT
     float tau_before;
-    RayState start = ray_start(origin, direction, bounding_radius(), tau_before);
+    RayState start = ray_start(pixel, origin, direction, bounding_radius(), tau_before);
 #endif
 #ifdef RESUMED
     vec4 x = texelFetch(u_ray_x, drawn, 0);
@@ -267,7 +268,7 @@ void main() {
     RayState s = orbit_state(start);
     tau = 0.0;
 #else
-    RayState s = ray_start(origin, direction, bounding_radius(), tau);
+    RayState s = ray_start(pixel, origin, direction, bounding_radius(), tau);
 #endif
     RayState rate = rhs(s);
 #ifdef ORBIT

@@ -18,7 +18,7 @@ from ..compose import Choice
 from ..device import BYTES, Device
 from ..status import Status
 from .paper import CLIPPED_HALF, MARKER
-from .tile import Request, Stopwatch, TileEnds, shading_choice
+from .tile import GIVEN_RAYS, Request, Stopwatch, TileEnds, shading_choice
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 FIRST_REACH = 0.05  # of the bounding sphere's radius: the first step that is tried where steps adapt
@@ -57,7 +57,8 @@ class FusedPipeline:
     def _choose_program(self) -> Choice:
         request, packed, settings = self.request, self.request.packed, self.settings
         model, asked = request.model, request.outputs
-        files = ["common/ray_start", f"camera/{request.camera}", f"observers/{request.observer}", *model.files]
+        files = ["common/ray_start", f"camera/{request.camera}", f"camera/moment_{request.camera}"]
+        files += [f"observers/{request.observer}", *model.files]
         generated = model.generated
         flags = set(model.flags)
         if request.flat_frame:
@@ -139,7 +140,7 @@ class FusedPipeline:
             volume = data.ndim == 4
             self.textures[name] = device.volume(data, kind) if volume else device.texture(data.shape[1::-1], data, kind)
             self.uploaded_bytes += data.size * BYTES[kind]
-        given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
+        given = zip(GIVEN_RAYS, request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
             self.uploaded_bytes += data.nbytes

@@ -13,6 +13,7 @@ from ..scene import Environment
 from ..settings import Settings
 from ..textures import Packed
 
+GIVEN_RAYS = ("u_given_origins", "u_given_directions", "u_given_moments")  # samplers of Request.rays
 ROUNDING_OF_A_STEP = 1e-7  # float32's, radians
 
 
@@ -72,7 +73,7 @@ class IntegratorShader:
 class Request:
     """Everything a pipeline needs to make its programs, beside the settings.
 
-    camera          "perspective", "orthographic" or "given"
+    camera          "perspective", "orthographic" or "given": two files of camera/
     observer        file of observers/
     flat_frame      whether observers/flat is needed, for a model without a frame at rest of its own
     packed          the scene's textures
@@ -80,7 +81,7 @@ class Request:
     far_sky         the sky of the far side, where it has one of its own
     uniforms        all values: model, camera, observer, skies, ambient
     straight        nothing bends the rays: one step of first_step takes them through everything
-    rays            origins and directions, (rows, columns, 4) each, for the camera "given"
+    rays            origins, directions and moments, (rows, columns, 4) each, for the camera "given"
     first_step      h, model lengths
     smallest_step   below it an adapted step counts as a failure, model lengths
     escape_radius   of the bounding sphere, model lengths
@@ -102,7 +103,7 @@ class Request:
     inner_radius: float
     bends_within: float
     outputs: frozenset[str] = field(default_factory=frozenset)
-    rays: tuple[np.ndarray, np.ndarray] | None = None
+    rays: tuple[np.ndarray, ...] | None = None
     flat_frame: bool = False
     far_sky: Environment | None = None
     straight: bool = False

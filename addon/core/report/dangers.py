@@ -16,7 +16,6 @@ SIDE = 64  # side² rays of the picture are looked at
 CLOSE = 3.0  # horizon's radii: nearer cameras see the sky squeezed, and every error with it
 FAST_SPIN = 0.999  # a / M: from here on light winds around the outline's flat side until the steps run out
 THIN_FRONT = 1e-3  # radii: float32 holds a thinner front in fewer than some thousand steps of x
-FAR = 1000.0  # flat radii or model lengths: farther cameras lose digits of the ray's place
 
 
 def sentences(case: Case, settings: Settings) -> list[str]:
@@ -30,11 +29,6 @@ def sentences(case: Case, settings: Settings) -> list[str]:
         found.append(
             f"The camera is at {distance / mass:.3g} M from the centre, near the horizon, where small errors of a ray "
             "are large angles. Tighten the tolerance, or move the camera out."
-        )
-    if distance > FAR * max(model.flat_radius(), 1.0):
-        found.append(
-            f"The camera is {distance:.3g} model lengths away, and float32 places a ray there to "
-            f"{distance * 2.0**-24:.1g} lengths. Move the camera or the model nearer, or raise Scale."
         )
     found += _of_the_model(model)
     if settings.ray_bits == 16:
