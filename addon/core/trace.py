@@ -141,6 +141,7 @@ def render(
         left_out=left_out(request),
         steps=(steps[0], mean_steps) if steps[0] else None,
         worst_drift=worst_drift if "Drift" in settings.passes else None,
+        prolonged=pipeline.prolonged if pipeline.prolonged[0] else None,
         device=gpu.describe(),
     )
     return Frame(passes, statistics, (*scene.warnings, *packed.warnings))
@@ -326,6 +327,7 @@ def make_request(
         far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
     # What is stiff may decay within far less way than the model has a step for.
     smallest_part = 1e-9 if settings.integrator in ROSENBROCK_METHODS else 1e-6
+    objects = packed.triangle_count or packed.sphere_count
     model_files, model_flags = model.shader_files(), model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     orbit = takes_orbits(model, settings, packed)
     if orbit:  # its steps are no lengths; what stalls is told by the chart itself
@@ -333,7 +335,9 @@ def make_request(
     return Request(
         settings=settings,
         camera=kind,
-        model=ModelShader(model_files, model_flags, model.generated(), model.textures()),
+        model=ModelShader(
+            model_files, model_flags, model.generated(), model.textures(), {} if objects else model.files_of_long_rays()
+        ),
         integrator=integrator_shader(integrator_for(model, settings), settings.pipeline == "fused"),
         observer=observer,
         packed=packed,

@@ -118,6 +118,7 @@ void complete_sphere_hit(Segment segment, inout Hit hit);
 
 #ifndef STRAIGHT
 uniform int u_draw_steps;  // of a ray in this draw
+uniform int u_pause;       // steps after which a ray waits for whether it may go on
 #endif
 #ifdef RESUMED
 uniform sampler2D u_ray_x;  // the outputs of the last draw
@@ -262,7 +263,8 @@ void main() {
     tau = x.w;
     float h = more.x;
     int taken = int(more.w);
-    float status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
+    float status = taken < u_max_steps ? RUNNING : STEP_LIMIT;
+    if (v.w != RUNNING) status = NOT_FINITE;  // one that is at its end is here for its quad's sake only
 #else
 #ifdef ORBIT
     RayState s = orbit_state(start);
@@ -288,7 +290,7 @@ void main() {
     more.y = first_demand();
 #endif
 #endif
-    int draw_end = taken + u_draw_steps;
+    int draw_end = min(taken + u_draw_steps, u_pause);
 #ifdef ADAPTIVE
     float summed_error = more.z;
 #endif

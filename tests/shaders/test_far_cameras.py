@@ -3,7 +3,7 @@
 From r = 1e6 M one rounding of a direction in float32 is three pixels of a picture that the shadow fills. What float32
 leaves where nothing cancels is a few roundings of a pixel's place in the window, 1024 eps = 6e-5 pixels each, and those
 of the point at the bounding sphere, where a ray begins: 3e-5 M from 1000 M, of pixels of 0.02 M. Together below 0.01
-pixels; the bound is 0.1.
+pixels, which is the bound.
 """
 
 from dataclasses import replace
@@ -23,7 +23,7 @@ from tests.shaders.test_model_kerr import captured, constants_on_axis
 
 PIXELS = 1024
 SIDE = 12  # pixels of the picture around a place of the rim
-WRONG = 0.1  # pixels that a ray may be on the wrong side of the rim
+WRONG = 0.01  # pixels that a ray may be on the wrong side of the rim
 HOLE = scenes.HOLE
 KERR = MODELS["kerr"](spin=0.9)
 BACK = np.array([0.6, -0.48, 0.64])  # from the hole to the camera: oblique

@@ -120,6 +120,12 @@ class Kerr(Model):
         """A little outside the horizon, as in the shader."""
         return self.radius(states[:, :3]) <= (1.0 + 1e-5) * self.horizon
 
+    def shader_files(self) -> tuple[str, ...]:
+        return ("models/kerr", "models/kerr_horizon")
+
+    def files_of_long_rays(self) -> dict[str, str]:
+        return {"models/kerr_horizon": "models/kerr_capture"}
+
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
 

@@ -80,6 +80,8 @@ class Pair:
 class PaperPipeline:
     """Made once a frame, in the GPU's thread; trace() is called for every tile and sample."""
 
+    prolonged = (0, 0)  # rays that may take more steps: none, since every segment is drawn for all of them
+
     def __init__(self, device: Device, request: Request, tile: tuple[int, int], watch: Stopwatch):
         self.watch = watch
         self.device, self.request, self.settings = device, request, request.settings

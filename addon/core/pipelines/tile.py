@@ -35,13 +35,15 @@ class Stopwatch:
 @dataclass(frozen=True, eq=False)
 class ModelShader:
     """What a model adds to the programs: files of shaders/, flags for their #ifdef, printed functions, and textures,
-    (rows, columns, 4) for texelFetch or (depth, rows, columns, channels) for a volume.
+    (rows, columns, 4) for texelFetch or (depth, rows, columns, channels) for a volume.  of_long_rays : as
+    Model.files_of_long_rays() has it
     """
 
     files: tuple[str, ...]
     flags: frozenset[str] = frozenset()
     generated: tuple[tuple[str, str], ...] = ()
     textures: dict[str, np.ndarray] = field(default_factory=dict)
+    of_long_rays: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from .cases import Case
 
 SIDE = 64  # side² rays of the picture are looked at
 CLOSE = 3.0  # horizon's radii: nearer cameras see the sky squeezed, and every error with it
-FAST_SPIN = 0.999  # a / M: from here on light winds around the outline's flat side until the steps run out
+FAST_SPIN = 0.999  # a / M: from here on light winds around the outline's flat side for thousands of steps
 THIN_FRONT = 1e-3  # radii: float32 holds a thinner front in fewer than some thousand steps of x
 
 
@@ -60,7 +60,7 @@ def _of_the_model(model: Model) -> list[str]:
     if model.name == "kerr" and abs(model.spin) > FAST_SPIN:
         found.append(
             f"The hole turns at {abs(model.spin):.4g} of the fastest: light along the flat side of its outline winds "
-            "around it and may not end. Lower Spin a little."
+            "around it for thousands of steps. Raise Max Steps where rays reach the limit, or lower Spin a little."
         )
     fronted = model.name == "refraction" and "thickness" in MEDIA[model.medium].parameters
     if fronted and model.stepping == "continuous" and model.thickness < THIN_FRONT:
