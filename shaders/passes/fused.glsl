@@ -58,6 +58,9 @@ float first_near(Curve piece, vec3 off, inout float room);
 #endif
 #else
 uniform float u_escape_radius;
+float bounding_radius() {
+    return u_escape_radius;
+}
 #endif
 #ifdef GEOMETRY
 #ifdef CURVES
@@ -79,7 +82,6 @@ float angular_error(RayState before, RayState after, vec3 dx, vec3 dv);
 bool stalls(RayState s, float h);
 #endif
 #ifdef DRIFT
-RayState first_state(vec3 x, vec3 direction);
 vec4 invariants(RayState s);  // what the model conserves
 #endif
 #ifdef FREQUENCY
@@ -235,7 +237,7 @@ void main() {
     camera_ray(pixel, origin, direction);
     float tau;
 #ifdef STRAIGHT
-    RayState s = ray_start(pixel, origin, direction, u_escape_radius, tau);
+    RayState s = ray_start(pixel, origin, direction, bounding_radius(), tau);
     float way = u_step;
     float status = ESCAPED;
 #ifdef GEOMETRY
@@ -561,7 +563,8 @@ void main() {
 #ifdef TALLY
     float drift = 0.0;
 #ifdef DRIFT
-    vec4 first = invariants(first_state(origin, direction));
+    float to_first;
+    vec4 first = invariants(ray_start(pixel, origin, direction, bounding_radius(), to_first));
     vec4 change = abs(invariants(end) - first);
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))

@@ -170,6 +170,24 @@ def test_the_papers_pipeline(model):
     assert wrong_pixels(far_scene(model, 1e6), settings, picture(settings)) == 0
 
 
+@pytest.mark.parametrize(("model", "pipeline"), [(HOLE, "fused"), (KERR, "fused"), (KERR, "paper")])
+def test_what_a_ray_conserves_does_not_drift_on_the_way_in(model, pipeline):
+    """The drift is that of the steps, as from 500 M: not the rounding of the camera's place, 0.03 of L from 1e6 M."""
+    options = {"integrator": "dormand_prince_54", "step_control": "embedded", "tolerance": 1e-6, "observer": "static"}
+    settings = Settings(pipeline=pipeline, passes=("Drift", "Status"), **options)
+
+    def drift(r):
+        scene = far_scene(model, r)
+        frame = render(replace(scene, camera=replace(scene.camera, width=48, height=48)), settings)
+        assert frame.statistics.rays.keys() == {Status.ABSORBED, Status.ESCAPED}
+        escaped = frame.passes["Status"] == Status.ESCAPED
+        return float(np.percentile(frame.passes["Drift"][escaped], 90))
+
+    near, far = drift(500.0), drift(1e6)
+    print(f"{model.name}, {pipeline}: {near:.1e} from 500 M, {far:.1e} from 1e6 M")
+    assert far < 3.0 * near + 1e-5
+
+
 @pytest.mark.parametrize("observer", KERR.observers)
 def test_given_rays(observer):
     """trace_rays() takes positions and directions in float64, so that they may come from far away, too."""

@@ -132,9 +132,8 @@ class PaperPipeline:
             flags |= {"FREQUENCY", "FROM_START"}
         self.flags = frozenset(flags)
 
-        self.setup = self._with_model(
-            "passes/ray_setup", "common/ray_start", camera, f"camera/moment_{request.camera}", *observer
-        )
+        start = "common/ray_start", camera, f"camera/moment_{request.camera}", *observer
+        self.setup = self._with_model("passes/ray_setup", *start)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
         if "CHORDS" in flags:
             control = (*control, "common/sagitta")
@@ -144,7 +143,7 @@ class PaperPipeline:
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
         self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT", "CHORDS"})
-        from_start = (camera, *observer) if "FROM_START" in flags else ()
+        from_start = start if "DRIFT" in flags else (camera, *observer) if "FROM_START" in flags else ()
         self.terminate = self._with_model("passes/terminate", "common/bounds", *from_start, flags=flags)
         self.cull = Choice("passes/cull")
         sky = "environment/cube" if request.cube is not None else "environment/constant"
