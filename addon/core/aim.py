@@ -33,10 +33,11 @@ def far_camera(
     if camera.kind == "ORTHOGRAPHIC":
         seen = -axes[:, 2]
         aim = _at_rest(velocity, seen)
-        along, begin = axes.T @ aim, axes.T @ place
-        through = along * begin[2] / min(along[2], -SIDEWAYS * np.linalg.norm(along))
-        offset = begin + np.array([left, bottom, 0.0]) / placement.scale - through
-        place = axes @ through
+        depth = aim @ axes[:, 2]
+        through = aim * (place @ axes[:, 2]) / min(depth, -SIDEWAYS * np.linalg.norm(aim))
+        # Not by the transposed axes: Blender's are perpendicular to float32's digits only.
+        offset = np.linalg.solve(axes, place - through) + np.array([left, bottom, 0.0]) / placement.scale
+        place = through
     else:
         towards = -place if place.any() else -axes[:, 2]
         seen = axes.T @ _at_rest(-velocity, towards)  # the way back, from rest to him

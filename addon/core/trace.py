@@ -158,7 +158,8 @@ def trace_rays(
 ) -> RayEnds:
     """The same shaders on given rays.
 
-    positions, directions : (n, 3), model space; directions need not be unit, and are the observer's
+    positions, directions : (n, 3), model space, in float64 where rays begin far away; directions need not be unit, and
+    are the observer's
     scene : its objects are hit by the rays; its camera, model and sky are not used
     Raises SettingsError, SceneError where a ray begins where the observer cannot be, ValueError for wrong shapes or
     values that are not finite, device.DeviceError.

@@ -164,6 +164,16 @@ def test_windows_models_and_projections(options, observer):
     assert wrong_pixels(scene, settings, picture(settings)) == 0
 
 
+@pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
+def test_matrices_in_float32(kind):
+    """As Blender gives them: their columns are unit and perpendicular to 1e-7, which is 0.1 M at this distance."""
+    settings = seen("static")
+    scene = far_scene(KERR, 1e6, kind=kind, placement=Placement(rotation=TURNED.astype(np.float32).astype(float)))
+    matrix = scene.camera.world_from_camera.astype(np.float32).astype(float)
+    scene = replace(scene, camera=replace(scene.camera, world_from_camera=matrix))
+    assert wrong_pixels(scene, settings, picture(settings)) == 0
+
+
 @pytest.mark.parametrize("model", [HOLE, KERR], ids=["schwarzschild", "kerr"])
 def test_the_papers_pipeline(model):
     settings = scenes.papers(observer="static", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-5)
