@@ -1,6 +1,7 @@
 """Where a law is not smooth, or swallows light, is where a step ends: rims, fronts, jumps of n, horizons."""
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def shell_turns(b, strength, thickness):
     edges = [high, *(r for r in (1.0 - 0.5 * thickness, 1.0) if high < r < outer), outer]
     nodes, weights = np.polynomial.legendre.leggauss(400)
     angle = np.arcsin(b / outer)
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in itertools.pairwise(edges):
         s = 0.5 * (nodes + 1.0)  # r = begin + (end - begin) s^2 takes the root at the turning point away
         r = begin + (end - begin) * s * s
         root = np.sqrt(np.maximum((index(r) * r) ** 2 - b * b, 1e-300))
@@ -176,7 +177,7 @@ def test_a_typed_index_that_jumps_refracts(formula, pipeline):
 
 
 def test_the_papers_default_refracts_at_a_jump():
-    """Euler with step doubling: the jump is Snell's, the rest of the lens Euler's, of first order (0.4 of 67 degrees)."""
+    """Euler with step doubling: the jump is Snell's, the rest Euler's, of first order (0.4 of 67 degrees)."""
     model = REFRACTION(medium="expression", formula=STEP_LENS[0], grain=10.0)
     ends = trace_rays(model, *beam(LENS_IMPACTS, 600.0), Settings(pipeline="paper", segments=5000))
     assert away(turned_by(ends.direction) - LENS_TURNS).max() < np.radians(0.5)
