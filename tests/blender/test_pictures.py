@@ -27,7 +27,7 @@ def displayed(radiance):
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_sample_is_right_at_the_default(name, extension):
-    """At its own size, one ray a pixel, since more of them would hide what one does: at most 0.01 % of the pixels differ
+    """At its own size, one ray a pixel, since more would hide what one does: at most 0.01 % of the pixels differ
     visibly from Dormand and Prince's method at a thousandth of a pixel, whose curves are as near to the rays.
     """
     bpy.ops.wm.open_mainfile(filepath=str(REPOSITORY / "sample_blends" / f"{name}.blend"))
