@@ -59,7 +59,7 @@ void take_step(inout Ray ray) {
         ray.rate = rate_after;
         ray.gap = gap;
         ray.tau += went;
-        ray.error += error;
+        ray.error += error + (error > 0.0 ? ROUNDING : 0.0);  // float32 rounds what bends the ray
     } else {
         ray.rejected += 3.0 * n;
     }

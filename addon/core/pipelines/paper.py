@@ -133,7 +133,7 @@ class PaperPipeline:
         self.flags = frozenset(flags)
 
         start = "common/ray_start", camera, f"camera/moment_{request.camera}", *observer
-        self.setup = self._with_model("passes/ray_setup", *start)
+        self.setup = self._with_model("passes/ray_setup", "common/bounds", *start)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
         if "CHORDS" in flags:
             control = (*control, "chords/sagitta")
