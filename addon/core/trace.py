@@ -348,6 +348,7 @@ def make_request(
         integrator=integrator_shader(
             integrator_for(model, settings), settings.pipeline == "fused" or settings.step_control == "embedded"
         ),
+        errors="errors/orbit" if orbit else "errors/grown",
         advance=model.borders().advance,
         observer=observer,
         packed=packed,

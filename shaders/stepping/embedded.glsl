@@ -7,6 +7,7 @@ vec2 border_gap(RayState s, RayState rate);  // how far the border of the region
 bool finds_border(vec2 gap, vec2 gap_after, RayState after, RayState rate, float h, out float beyond);  // the end of a step
 void move_back(inout RayState after, RayState first, inout RayState last, float beyond, float h);
 float error_weight(RayState s);  // what an error of a step from s counts
+void add_error(inout Ray ray, RayState after, float error);  // of a step that stands
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
 float chord_excess(RayState a, RayState b, float tau);  // how far the step strays from its chord, of what is allowed
 bool accepted(float error);      // whether a step stands
@@ -57,11 +58,11 @@ void take_step(inout Ray ray) {
         too_small = false;
     }
     if (stands) {
+        add_error(ray, attempt.state, error);
         ray.state = attempt.state;
         ray.rate = rate_after;
         ray.gap = gap;
         ray.tau += h;
-        ray.error += error + (error > 0.0 ? ROUNDING : 0.0);  // float32 rounds what bends the ray
     } else {
         ++ray.rejected;
     }

@@ -76,6 +76,7 @@ class Request:
     """Everything a pipeline needs to make its programs, beside the settings.
 
     camera          "perspective", "orthographic" or "given": two files of camera/
+    errors          file of errors/: how the steps' errors add up
     advance         file of advances/: constant steps of the paper's pipeline
     observer        file of observers/
     flat_frame      whether observers/flat is needed, for a model without a frame at rest of its own
@@ -96,6 +97,7 @@ class Request:
     camera: str
     model: ModelShader
     integrator: IntegratorShader
+    errors: str
     advance: str
     observer: str
     packed: Packed
