@@ -76,7 +76,10 @@ class FusedPipeline:
             files += ["common/bounds", *request.integrator.files, f"stepping/{settings.step_control}"]
             generated += request.integrator.generated
             if settings.step_control != "constant":
-                files += [f"step_control/{settings.step_control}", request.errors if "error" in asked else "errors/none"]
+                files += [
+                    f"step_control/{settings.step_control}",
+                    request.errors if "error" in asked else "errors/none",
+                ]
                 if "rejected" in asked:
                     flags.add("REJECTED")
             if settings.step_control == "embedded":
