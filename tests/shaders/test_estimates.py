@@ -1,7 +1,7 @@
 """RayEnds.error is a promise: at most 5 % of a law's rays may be wrong by more, at the default tolerance and below it.
 
-The truth is DOP853's in float64. The rays: parallel ones at all distances from the centre, or ones from all over a sphere
-to all sides; and those next to what magnifies errors most, the photon orbits.
+The truth is DOP853's in float64. The rays: parallel ones at all distances from the centre, or ones from all over a
+sphere to all sides; and those next to what magnifies errors most, the photon orbits.
 """
 
 import numpy as np
