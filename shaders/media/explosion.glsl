@@ -72,6 +72,10 @@ float front_thickness() {
     return u_thickness;
 }
 
+float front_width() {
+    return u_thickness * blast_radius();
+}
+
 vec3 front_direction(vec3 x) {
     return last_above.xyz;
 }
