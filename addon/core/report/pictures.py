@@ -27,9 +27,9 @@ COLUMNS = {
 }
 TEXT = (
     "Directions may be right and the picture wrong: where a ray meets an object counts as well. Every picture with "
-    f"one ray a pixel, beside Dormand and Prince's method at {TIGHT:g} pixel, whose curves are as near to the rays; a pixel "
-    "is visibly wrong where it differs by more than 8/255 of a display's brightest value. What stays is at edges: a "
-    "pixel whose centre is as near to one as the ray's error shows the other side of it."
+    f"one ray a pixel, beside Dormand and Prince's method at {TIGHT:g} pixel, whose curves are as near to the rays; a "
+    "pixel is visibly wrong where it differs by more than 8/255 of a display's brightest value. What stays is at "
+    "edges: a pixel whose centre is as near to one as the ray's error shows the other side of it."
 )
 
 
