@@ -111,11 +111,11 @@ void complete_sphere_hit(Segment segment, inout Hit hit);
 uniform int u_draw_steps;  // of a ray in this draw
 #endif
 #ifdef RESUMED
-uniform sampler2D u_ray_x;  // the outputs of the last draw
-uniform sampler2D u_ray_v;
-uniform sampler2D u_ray_more;
+uniform sampler2D u_ray;  // the outputs of the last draw, side by side: x, v, more and, where it is asked for, rejected
 #ifdef REJECTED
-uniform sampler2D u_ray_rejected;
+const int RAY_TEXELS = 4;
+#else
+const int RAY_TEXELS = 3;
 #endif
 #endif
 #ifdef QUAD_LIST
@@ -241,9 +241,10 @@ void main() {
     Ray ray;
     ray.rejected = 0.0;
 #ifdef RESUMED
-    vec4 x = texelFetch(u_ray_x, drawn, 0);
-    vec4 v = texelFetch(u_ray_v, drawn, 0);
-    vec4 more = texelFetch(u_ray_more, drawn, 0);
+    ivec2 written = ivec2(RAY_TEXELS * drawn.x, drawn.y);
+    vec4 x = texelFetch(u_ray, written, 0);
+    vec4 v = texelFetch(u_ray, written + ivec2(1, 0), 0);
+    vec4 more = texelFetch(u_ray, written + ivec2(2, 0), 0);
     ray.state = RayState(x.xyz, v.xyz);
     ray.tau = x.w;
     ray.h = more.x;
@@ -251,7 +252,7 @@ void main() {
     ray.error = more.z;
     ray.taken = int(more.w);
 #ifdef REJECTED
-    ray.rejected = texelFetch(u_ray_rejected, drawn, 0).x;
+    ray.rejected = texelFetch(u_ray, written + ivec2(3, 0), 0).x;
 #endif
     hold(ray.state.x);
     ray.rate = rhs(ray.state);
