@@ -57,6 +57,7 @@ bool first_hit(Curve piece, Probe probe, inout Hit hit);
 bool first_hit(Segment chord, Probe probe, inout Hit hit);
 #endif
 Probe make_probe(vec3 a, vec3 b, float radius);
+bool lost();  // whether the search for a hit was broken off
 #endif
 #ifdef FAR_SIDE
 RayState own_side(RayState s);  // the state in the chart of the side that it is on
@@ -400,6 +401,9 @@ void main() {
         tau = tau_before;
 #endif
     }
+#endif
+#ifdef GEOMETRY
+    if (lost()) status = LOST;
 #endif
 #ifdef DRIFT
     RayState end = s;
