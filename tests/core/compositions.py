@@ -13,7 +13,7 @@ from addon.core.pipelines.fused import FusedPipeline
 from addon.core.pipelines.paper import PaperPipeline
 from addon.core.pipelines.tile import Request
 from addon.core.scene import Camera, Environment, Image, Light, Material, Scene, Spheres, Triangles
-from addon.core.settings import INTEGRATORS, WITH_ERROR_ESTIMATE, Settings
+from addon.core.settings import EARLY_TERMINATIONS, INTEGRATORS, WITH_ERROR_ESTIMATE, Settings
 from addon.core.textures import Packed
 from addon.core.trace import OUTPUTS, camera_uniforms, make_request, pack_for, suits
 
@@ -123,3 +123,22 @@ def programs(request: Request) -> list[Choice]:
     paper.request, paper.settings, paper.doubling = request, settings, settings.step_control == "doubling"
     paper._choose_programs()
     return paper.choices()
+
+
+def covering(pipeline: str) -> set[Choice]:
+    """Programs of every model with every method, and with every value of all else in turn, but not of all products."""
+    found, turn = set(), itertools.count()
+    for model in models().values():
+        parts = [each for each in PARTS if each[4] == "one sky" or model.has_far_side]
+        for integrator, control in methods(model):
+            i = next(turn)
+            observer = model.observers[i % len(model.observers)]
+            chosen = {"integrator": integrator, "step_control": control, "observer": observer}
+            chosen["early_termination"] = EARLY_TERMINATIONS[i % len(EARLY_TERMINATIONS)]
+            outputs, kind = PICTURES[i % len(PICTURES)], CAMERAS[i % len(CAMERAS)]
+            # A stride without a common divisor with how many there are: all have their turn.
+            several = programs(request_for(model, pipeline, parts[37 * i % len(parts)], outputs, kind, **chosen))
+            found |= set(several if pipeline == "paper" else several[i % len(several) :][:1])
+        for outputs in RAYS:
+            found |= set(programs(request_for(model, pipeline, parts[0], outputs)))
+    return found
