@@ -18,6 +18,7 @@ COLORS = {  # red, green, blue as the screen shows them, told apart by those who
     Status.STEP_LIMIT: (0.90, 0.62, 0.00),
     Status.STEP_TOO_SMALL: (0.94, 0.89, 0.26),
     Status.NOT_FINITE: (0.84, 0.37, 0.00),
+    Status.LOST: (0.80, 0.47, 0.65),
 }
 SWATCH = 48  # pixels a side, of the legend
 BACKGROUND = 0.15  # grey behind its names, as the screen shows it

@@ -15,9 +15,10 @@ class Status(IntEnum):
     STEP_LIMIT = 5
     STEP_TOO_SMALL = 6
     NOT_FINITE = 7
+    LOST = 8
 
 
-FAILURES = (Status.STEP_LIMIT, Status.STEP_TOO_SMALL, Status.NOT_FINITE)
+FAILURES = (Status.STEP_LIMIT, Status.STEP_TOO_SMALL, Status.NOT_FINITE, Status.LOST)
 
 MEANINGS = {
     Status.RUNNING: "were not finished",
@@ -28,12 +29,14 @@ MEANINGS = {
     Status.STEP_LIMIT: "reached the step limit",
     Status.STEP_TOO_SMALL: "needed a step below the smallest",
     Status.NOT_FINITE: "became infinite or not a number",
+    Status.LOST: "were lost in the tree of objects",
 }
 
 ADVICE = {
     Status.STEP_LIMIT: "Raise Segments and Max Steps, or loosen the tolerance; with constant steps, raise Step Size.",
     Status.STEP_TOO_SMALL: "Loosen the tolerance, or keep the camera and the rays away from the singular point.",
     Status.NOT_FINITE: "Lower Step Size; check the model's parameters and the meshes near the centre.",
+    Status.LOST: "The graphics driver is at fault: update it, or set Pipeline to Paper, which needs no tree.",
 }
 
 

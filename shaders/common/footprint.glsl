@@ -9,7 +9,7 @@ const float NO_BORDER = 1.0e30;
 // Whether both rays of this row (x) and of this column (y) of the quad are of one kind. A driver may take the
 // derivatives of another row or column than this one; hence the values themselves, which the parity brings out.
 bvec2 alike(vec3 kind) {
-    vec2 odd = mod(floor(gl_FragCoord.xy), 2.0);
+    vec2 odd = vec2(ivec2(gl_FragCoord.xy) & 1);
     vec3 right = dFdx(odd.x * kind), left = -dFdx((1.0 - odd.x) * kind);
     vec3 above = dFdy(odd.y * kind), below = -dFdy((1.0 - odd.y) * kind);
     return bvec2(right == kind && left == kind, above == kind && below == kind);

@@ -9,3 +9,4 @@ const float LEFT_DOMAIN = 4.0;
 const float STEP_LIMIT = 5.0;
 const float STEP_TOO_SMALL = 6.0;
 const float NOT_FINITE = 7.0;
+const float LOST = 8.0;

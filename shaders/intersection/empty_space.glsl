@@ -24,8 +24,8 @@ float empty_around(vec3 x) {
     return max(beyond, empty - beyond) - 1.0;
 }
 
-// The first fraction at which the piece is near an object; 1 where there is none, and for NaN. The derivative of a cubic
-// lies in the hull of its own Bezier points, so that no coordinate changes faster than the largest of theirs.
+// The first fraction at which the piece is near an object; 1 where there is none, and for a piece that has no place. The
+// derivative of a cubic lies in the hull of its own Bezier points, so that no coordinate changes faster than the largest of theirs.
 //
 // off : how far the ray may be from the piece along each axis, model lengths
 // room : how far all is known to be empty around the piece's beginning, cells; behind the call, around its end
@@ -38,9 +38,10 @@ float first_near(Curve piece, vec3 off, inout float room) {
     float t = max(room - kept_off, 0.0) * inverse;
     for (int i = 0; i < MOST_STRIDES && t < 1.0; ++i) {
         float stride = empty_around(point_at(piece, t)) - kept_off;
-        if (!(stride >= LEAST_STRIDE)) break;
+        if (stride < LEAST_STRIDE) break;
         t += stride * inverse;
     }
-    room = max((t - 1.0) * fastest, 0.0);
-    return t < 1.0 ? t : 1.0;
+    float ahead = (t - 1.0) * fastest;
+    room = finite(ahead) ? max(ahead, 0.0) : 0.0;  // NaN would stay for the rest of the ray
+    return lies_before(t, 1.0) ? t : 1.0;
 }

@@ -40,7 +40,7 @@ void meet_sphere(int index, Curve piece, inout Hit hit, inout bool met) {
     // Places of the piece have float32's rounding, which a small sphere may not be large against.
     vec3 reach = max(abs(piece.a), abs(piece.b));
     float rounding = 1e-6 * sphere.w * max(max(reach.x, reach.y), reach.z);
-    if (excess <= 1e-4 * sphere.w * sphere.w + rounding && t >= 0.0 && t < hit.fraction) {
+    if (excess <= 1e-4 * sphere.w * sphere.w + rounding && lies_before(t, hit.fraction)) {
         hit.fraction = t;
         hit.primitive = index;
         met = true;
@@ -57,7 +57,7 @@ void meet_sphere(int index, vec3 from, vec3 along, float inverse, inout Hit hit,
     float half_chord = sqrt(under_root);
     float t = closest - half_chord;
     if (t < 0.0) t = closest + half_chord;  // the segment begins inside
-    if (under_root >= 0.0 && t >= 0.0 && t < hit.fraction) {
+    if (under_root >= 0.0 && lies_before(t, hit.fraction)) {
         hit.fraction = t;
         hit.primitive = index;
         met = true;

@@ -1,11 +1,20 @@
 // Provides the first object that a piece of a ray meets, from a tree of bounding boxes: addon/core/bvh.py and
 // bvh_nodes.py, two texels a node, which hold both children's boxes. The nearer child is visited first, the other one
 // waits on a small stack. Boxes are compared with the piece's chord, made as thick as the piece strays from it.
+//
+// No walk comes to a node or a leaf twice, so that as many rounds as there are of both are enough. Where a driver walks in
+// circles nevertheless, what the piece meets is not known, and the ray is lost.
 
 const int STACK_SIZE = 41;
 const int DONE = -1;  // other negative numbers are leaves
 
 uniform usampler2D u_tree;
+
+bool broken_off = false;  // a walk of this ray
+
+bool lost() {
+    return broken_off;
+}
 
 #ifdef CURVES
 float chord_fraction(Curve piece, float t);
@@ -33,7 +42,7 @@ Probe make_probe(vec3 a, vec3 b, float radius) {
     return Probe(a + radius, a - radius, inverse, 0.0, 1.0);
 }
 
-// The fraction at which it comes near the box.
+// The fraction at which it comes near the box. For NaN either answer will do: no object is hit there (lies_before()).
 float entry(vec3 low, vec3 high, Probe probe) {
     vec3 t_low = (low - probe.to_low) * probe.inverse;
     vec3 t_high = (high - probe.to_high) * probe.inverse;
@@ -83,11 +92,14 @@ bool first_hit(Segment piece, Probe probe, inout Hit hit) {
 #endif
     int node = 0;
     bool met = false;
-    int stack[STACK_SIZE];
+    int stack[STACK_SIZE + 1];  // one more, for the round that finds it full
     stack[0] = DONE;
     int depth = 1;
-    while (node != DONE) {
-        while (node >= 0) {
+    // Two texels a node; one leaf more than there are nodes; and one round more, so that some are left.
+    int rounds = broken_off ? 0 : (textureSize(u_tree, 0).y << TEXELS_PER_ROW_LOG2) + 2;
+    while (node != DONE && rounds > 0) {
+        while (node >= 0 && rounds > 0) {
+            rounds = depth < STACK_SIZE ? rounds - 1 : 0;
             uvec4 frame = texelFetch(u_tree, texel_place(2 * node), 0);
             uvec4 boxes = texelFetch(u_tree, texel_place(2 * node + 1), 0);
             vec3 corner = uintBitsToFloat(frame.xyz & 0xffffff00u);
@@ -109,7 +121,8 @@ bool first_hit(Segment piece, Probe probe, inout Hit hit) {
                 node = stack[depth];
             }
         }
-        if (node != DONE) {
+        if (node < DONE) {
+            --rounds;
             bool nearer = false;
             meet_leaf(node, piece, hit, nearer);
             met = met || nearer;
@@ -122,5 +135,6 @@ bool first_hit(Segment piece, Probe probe, inout Hit hit) {
             node = stack[depth];
         }
     }
+    broken_off = rounds == 0;
     return met;
 }

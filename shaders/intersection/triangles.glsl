@@ -29,6 +29,7 @@ void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
     float f2 = dot(piece.second, normal);
     float f3 = dot(piece.third, normal);
     vec2 roots = parabola_roots(f0, f0 + 0.5 * (f1 + 0.5 * (f2 + 0.5 * f3)), dot(piece.b - corner, normal));
+    // NaN may count as near: its round is for nothing, and the other root has one as well.
     bvec2 near = bvec2(abs(roots.x - 0.5) < 1.0, abs(roots.y - 0.5) < 1.0);
     float at = near.x ? roots.x : roots.y;
     int left = int(near.x) + int(near.y);
@@ -41,8 +42,8 @@ void meet_triangle(int index, Curve piece, inout Hit hit, inout bool met) {
         vec3 from_corner = point_at(piece, at) - corner;
         float u = dot(cross(from_corner, edge2), normal) * inverse;
         float v = dot(cross(edge1, from_corner), normal) * inverse;
-        // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
-        if (abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 && at < hit.fraction) {
+        // A parallel or broken triangle gives NaN and infinity: `at` is one of them wherever u, v or change are.
+        if (abs(change) < CONVERGED && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && lies_before(at, hit.fraction)) {
             hit.fraction = at;
             hit.primitive = index;
             hit.barycentric = vec2(u, v);
@@ -65,8 +66,8 @@ void meet_triangle(int index, Segment segment, inout Hit hit, inout bool met) {
     float u = dot(from_corner, p) * inverse;
     float v = dot(along, q) * inverse;
     float t = dot(edge2, q) * inverse;
-    // Written so that NaN and infinity, which a parallel or broken triangle gives, fail.
-    if (determinant != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t < hit.fraction) {
+    // A parallel or broken triangle, or a segment without an end, gives NaN and infinity.
+    if (determinant != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && finite(u + v) && lies_before(t, hit.fraction)) {
         hit.fraction = t;
         hit.primitive = index;
         hit.barycentric = vec2(u, v);

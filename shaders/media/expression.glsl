@@ -13,10 +13,10 @@ vec4 medium(vec3 x) {
 
 const float LARGEST_INDEX = 1.0e18;
 
-// A typed n may be anything; there is no light where it is not a positive number (NaN fails, too).
+// A typed n may be anything; there is no light where it is not a positive number.
 bool absorbed(RayState s) {
     float n = typed_index(s.x, u_time).w;
-    return !(n > 0.0 && n < LARGEST_INDEX);
+    return !finite(n) || n <= 0.0 || n >= LARGEST_INDEX;
 }
 
 // The user says how fine the formula is.

@@ -30,7 +30,7 @@ vec3 in_cells(vec3 x) {
 }
 
 bool beyond(vec3 at) {
-    return !(all(greaterThanEqual(at, LOW)) && all(lessThan(at, high_end())));  // NaN is, too
+    return !finite(at) || any(lessThan(at, LOW)) || any(greaterThanEqual(at, high_end()));
 }
 
 float still_blocks(vec3 cell) {

@@ -60,6 +60,7 @@ bool first_hit(Curve piece, Probe probe, inout Hit hit);
 bool first_hit(Segment chord, Probe probe, inout Hit hit);
 #endif
 Probe make_probe(vec3 a, vec3 b, float radius);
+bool lost();  // whether the search for a hit was broken off
 #endif
 #ifdef FAR_SIDE
 RayState own_side(RayState s);  // the state in the chart of the side that it is on
@@ -114,11 +115,11 @@ uniform int u_draw_steps;  // of a ray in this draw
 uniform int u_pause;       // steps after which a ray waits for whether it may go on
 #endif
 #ifdef RESUMED
-uniform sampler2D u_ray_x;  // the outputs of the last draw
-uniform sampler2D u_ray_v;
-uniform sampler2D u_ray_more;
+uniform sampler2D u_ray;  // the outputs of the last draw, side by side: x, v, more and, where it is asked for, rejected
 #ifdef REJECTED
-uniform sampler2D u_ray_rejected;
+const int RAY_TEXELS = 4;
+#else
+const int RAY_TEXELS = 3;
 #endif
 #endif
 #ifdef QUAD_LIST
@@ -245,9 +246,10 @@ void main() {
     Ray ray;
     ray.rejected = 0.0;
 #ifdef RESUMED
-    vec4 x = texelFetch(u_ray_x, drawn, 0);
-    vec4 v = texelFetch(u_ray_v, drawn, 0);
-    vec4 more = texelFetch(u_ray_more, drawn, 0);
+    ivec2 written = ivec2(RAY_TEXELS * drawn.x, drawn.y);
+    vec4 x = texelFetch(u_ray, written, 0);
+    vec4 v = texelFetch(u_ray, written + ivec2(1, 0), 0);
+    vec4 more = texelFetch(u_ray, written + ivec2(2, 0), 0);
     ray.state = RayState(x.xyz, v.xyz);
     ray.tau = x.w;
     ray.h = more.x;
@@ -255,7 +257,7 @@ void main() {
     ray.error = more.z;
     ray.taken = int(more.w);
 #ifdef REJECTED
-    ray.rejected = texelFetch(u_ray_rejected, drawn, 0).x;
+    ray.rejected = texelFetch(u_ray, written + ivec2(3, 0), 0).x;
 #endif
     hold(ray.state.x);
     ray.rate = rhs(ray.state);
@@ -405,6 +407,9 @@ void main() {
 #endif
     }
 #endif
+#ifdef GEOMETRY
+    if (lost()) status = LOST;
+#endif
 #ifdef DRIFT
     RayState end = s;
 #endif
@@ -497,7 +502,7 @@ void main() {
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))
         / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
-    if (!(drift < 3.0e38)) drift = 3.0e38;
+    if (!finite(drift)) drift = 3.0e38;
 #endif
 #ifdef STRAIGHT
     out_tally = vec4(tau, 1.0, 0.0, drift);

@@ -43,7 +43,9 @@ void main() {
 
     RayState start = RayState(x.xyz, v.xyz);
     // Where both results lie in the absorbing region, how far they got in it means nothing.
-    float error = absorbed(full) && absorbed(half_steps) ? 0.0 : angular_error(start, half_steps, full.x - half_steps.x, full.v - half_steps.v);
+    bool both_absorbed = absorbed(full) && absorbed(half_steps);
+    float error = both_absorbed ? 0.0 : angular_error(start, half_steps, full.x - half_steps.x, full.v - half_steps.v);
+    if (!finite(half_steps.x) || !finite(half_steps.v)) error = INFINITE;
     float h = next_step(v.w, error);
     bool stands = accepted(error) && v.w <= 1.001 * longest_in_segment(start);
 #ifdef CHORDS

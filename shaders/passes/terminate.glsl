@@ -127,7 +127,7 @@ void main() {
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))
         / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
-    if (!(drift < 3.0e38)) drift = 3.0e38;
+    if (!finite(drift)) drift = 3.0e38;
 #endif
     out_tally = vec4(min(depth, u_segment + 1.0), effort.y, effort.x, drift);
 #endif

@@ -6,7 +6,7 @@ uniform float u_tolerance;  // upper threshold, radians
 const float LOWER_THRESHOLD = 0.2;  // as a part of the upper one
 
 bool accepted(float error) {
-    return error <= u_tolerance;  // false for NaN, too
+    return finite(error) && error <= u_tolerance;
 }
 
 float next_step(float h, float error) {

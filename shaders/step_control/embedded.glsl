@@ -15,7 +15,7 @@ const float LARGEST_CHANGE = 4.0;  // log2: estimates that jump are the rounding
 const float NO_DEMAND = 1.0e30;
 
 bool accepted(float error) {
-    return error <= u_tolerance;  // false for NaN, too
+    return finite(error) && error <= u_tolerance;
 }
 
 float first_demand() {
@@ -34,7 +34,7 @@ float rough_exp2(float x) {
 
 // demand : log2 of C / tolerance at the last step that stood, or first_demand(); of this one behind the call
 float adapted_step(float h, float error, inout float demand) {
-    if (!(error < 3.0e38)) return LARGEST_CUT * h;
+    if (!finite(error)) return LARGEST_CUT * h;
     float now = rough_log2(max(error, 1e-12 * u_tolerance)) - rough_log2(u_tolerance);
     float exponent = -now;
     if (accepted(error)) {

@@ -27,7 +27,7 @@ void take_step(inout Ray ray) {
     vec2 gap = border_gap(after, rate_after);
     float beyond;
     ray.at_border = finds_border(ray.gap, gap, after, rate_after, h, beyond);
-    if (!ray.at_border && !(beyond > 0.0)) beyond = leapt_over(ray.state, after) * h;
+    if (!ray.at_border && beyond <= 0.0) beyond = leapt_over(ray.state, after) * h;
     ray.border_ahead = NO_BORDER_AHEAD;
     if (ray.at_border) move_back(after, ray.rate, rate_after, beyond, h);
     else if (beyond > 0.0) {  // as far as the border, once more

@@ -35,7 +35,7 @@ void take_step(inout Ray ray) {
     float demand = ray.demand;
     float next = adapted_step(h, is_state ? error : INFINITE, demand);
     // The sagitta grows with the square of the step. One step alone has to be a good enough chord.
-    float excess = chord_excess(ray.state, attempt.state, ray.tau + h);
+    float excess = is_state ? chord_excess(ray.state, attempt.state, ray.tau + h) : 0.0;
     next = min(next, h * inversesqrt(max(excess, STRAIGHT_CHORD)));
     bool stands = is_state && accepted(error) && excess <= 1.5;
     bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(ray.state, next));

@@ -1,8 +1,11 @@
 """GLSL functions on arrays against float64 numpy."""
 
+import re
+
 import numpy as np
 import pytest
 
+from addon.core.compose import read
 from addon.core.models import MODELS
 from addon.core.scene import EXTENSIONS, INTERPOLATIONS, Image, Material, Scene
 from addon.core.textures import pack_images
@@ -145,6 +148,41 @@ def test_texel_indices_are_folded(glsl, extension, size):
         {"i": numbers[:, None]},
     )["result"][:, 0]
     assert np.array_equal(found, truth.folded_index(numbers, size, extension))
+
+
+WIDTHS = np.arange(1, 8193)
+MULTIPLES = (-7, -3, -2, -1, 0, 1, 2, 3, 7)
+
+
+def with_rounded_reciprocal(i, period):
+    """i - period floor(i / period) where a driver takes i / period as i times the rounded 1 / period, in float32."""
+    reciprocal = np.float32(1.0) / period.astype(np.float32)
+    return i - period * np.floor(i.astype(np.float32) * reciprocal).astype(int)
+
+
+def test_a_quotient_of_floats_would_not_fold_texel_indices():
+    """Why folded() has none: whole multiples of many widths, the usual ones among them, would be beyond the image."""
+    beyond = {int(w) for k in MULTIPLES for w in WIDTHS[with_rounded_reciprocal(k * WIDTHS, WIDTHS) == WIDTHS]}
+    assert {250, 500, 1000, 1920, 3840} <= beyond and len(beyond) > 1500
+
+
+def test_texel_indices_are_folded_in_whole_numbers():
+    """Neither a quotient nor a float is in the function."""
+    body = re.search(r"^int folded\(.*?^}", read("shading/images"), re.DOTALL | re.MULTILINE)[0]
+    assert not re.search(r"float|floor|/|\d\.\d", body)
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_texel_indices_of_all_widths(glsl, extension):
+    """At and next to whole multiples of every width, where a rounded quotient has the wrong floor."""
+    i = np.stack([k * WIDTHS + off for k in MULTIPLES for off in (-1, 0, 1)])
+    size = np.broadcast_to(WIDTHS, i.shape)
+    found = glsl(
+        ["shading/images"],
+        f"out_result = vec4(float(folded(int(i.x), int(size.x), {EXTENSIONS.index(extension)})));",
+        {"i": i.reshape(-1, 1), "size": size.reshape(-1, 1)},
+    )["result"][:, 0]
+    assert np.array_equal(found, truth.folded_index(i.ravel(), size.ravel(), extension))
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)

@@ -264,7 +264,8 @@ class FusedPipeline:
         corners = corners.reshape(-1, 2)
         files = tuple(self.request.model.of_long_rays.get(file, file) for file in self.choice.files)
         choice = replace(self.choice, files=files, flags=self.choice.flags | {"RESUMED", "QUAD_LIST"})
-        tables = None
+        names = ("x", "v", "more", "rejected") if "REJECTED" in choice.flags else ("x", "v", "more")
+        rays = None
         while (running := quads["v"][..., 3] == Status.RUNNING).any():
             if stopped():
                 return None
@@ -282,15 +283,15 @@ class FusedPipeline:
             high = math.ceil(len(needed) / wide)
             listed = needed[np.minimum(np.arange(wide * high), len(needed) - 1)]  # the last one fills up the last row
             with self.watch.stage("trace"):
-                if tables is None:
-                    names = ("x", "v", "more", "rejected") if "REJECTED" in choice.flags else ("x", "v", "more")
-                    tables = {name: self.device.texture((2 * wide, 2 * high)) for name in names}
+                if rays is None:
+                    rays = self.device.texture((len(names) * 2 * wide, 2 * high))
                     table_of_quads = self.device.texture((wide, high), components=2)
-                for name, table in tables.items():
-                    table.write(_as_picture(quads[name][listed], wide).tobytes(), (0, 0, 2 * wide, 2 * high))
+                # In one texture, for there may be no more than 16 in a program.
+                side_by_side = np.stack([_as_picture(quads[name][listed], wide) for name in names], axis=2)
+                rays.write(side_by_side.tobytes(), (0, 0, len(names) * 2 * wide, 2 * high))
                 table_of_quads.write(corners[listed].astype(np.float32).tobytes(), (0, 0, wide, high))
-                textures = {f"u_ray_{name}": table for name, table in tables.items()} | {"u_quads": table_of_quads}
-                self._draw(choice, (2 * wide, 2 * high), self.textures | textures, values | limits)
+                textures = self.textures | {"u_ray": rays, "u_quads": table_of_quads}
+                self._draw(choice, (2 * wide, 2 * high), textures, values | limits)
             for name, part in self._read(2 * wide, 2 * high, state=True).items():
                 new = _in_quads(part)[: len(needed)]
                 quads[name][needed] = np.where(running[needed][..., None], new, quads[name][needed])
