@@ -142,6 +142,9 @@ class RadialPotential(Model):
     def borders(self) -> Borders:
         return RIM if self.xi == "cubic" else SWALLOWING
 
+    def far_files(self) -> tuple[str, ...]:
+        return ("far/coulomb",) if self.xi == "coulomb" else super().far_files()
+
     def force_of_position(self) -> bool:
         return True
 
