@@ -7,18 +7,15 @@
 // whose difference is p^2 / (v^2 - p + w v) + w v_t^2 / (v + v_r), without cancellation. Source: Goldstein, Classical
 // Mechanics, Section 3.9.
 
-vec4 bend_of_charge(vec3 x, vec3 d, float speed) {
-    vec3 middle = vec3(0.0);
-    for (int i = 0; i < centre_count(); ++i) middle += centre(i);
-    middle /= float(centre_count());
-    // Several centres have a quadrupole moment, too.
-    float spread = 0.0;
-    for (int i = 0; i < centre_count(); ++i) spread = max(spread, dot(centre(i) - middle, centre(i) - middle));
+uniform vec3 u_middle;       // of the centres
+uniform float u_whole_k;     // their sum, model lengths
+uniform float u_quadrupole;  // how far from their middle they are at most, squared
 
-    vec3 outward = x - middle;
+vec4 bend_of_charge(vec3 x, vec3 d, float speed) {
+    vec3 outward = x - u_middle;
     float r = max(length(outward), 1e-30);
     outward /= r;
-    float pull = u_k * float(centre_count()) / r;
+    float pull = u_whole_k / r;
     float squared = speed * speed;
     if (squared <= 2.0 * pull) return vec4(0.0);  // bound: it has no asymptote
     float far_speed = sqrt(squared - 2.0 * pull);
@@ -28,7 +25,7 @@ vec4 bend_of_charge(vec3 x, vec3 d, float speed) {
     float difference = pull * pull / (squared - pull + far_speed * speed)
         + far_speed * across / max((1.0 + along) * speed, 1e-30);
     vec3 sine = -pull * difference / max(pull * pull + far_speed * far_speed * across, 1e-37) * aside;
-    return vec4(sine * inversesqrt(max(1.0 - dot(sine, sine), 1e-6)), abs(pull) * spread / (r * r));
+    return vec4(sine * inversesqrt(max(1.0 - dot(sine, sine), 1e-6)), abs(pull) * u_quadrupole / (r * r));
 }
 
 vec4 far_bend(RayState s, vec3 d) {
