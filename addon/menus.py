@@ -69,7 +69,7 @@ PASS_TIPS = {
     "Position": "Hit point in world space, metres",
     "Normal": "Unit surface normal in world space",
     "Object Index": "Pass index of the object that was hit",
-    "Direction": "Unit direction of the ray where it ended, world space",
+    "Direction": "Unit direction of the ray where it ended, for the sky infinitely far away, world space",
     "Status": "How the ray ended, as a number: "
     + ", ".join(f"{status.value} {status.name.lower().replace('_', ' ')}" for status in Status if status),
     "Steps": "Number of integration steps that the ray took",

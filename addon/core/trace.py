@@ -55,13 +55,14 @@ class RayEnds:
     """How n rays ended, in model space.
 
     position         float32, (n, 3), model lengths: where the ray ended
-    direction        float32, (n, 3), unit
+    direction        float32, (n, 3), unit: there; of a ray that escaped, far away, where nothing bends it any more
     parameter        float32, (n,), tau
     status           int32, (n,), values of Status
     steps            int32, (n,), steps of the integrator, half steps and repeated ones counted
     rejected         int32, (n,), those of them that step control took back; 0 for constant steps
     invariant_drift  float32, (n,), largest change of an invariant, as a part of the largest invariant
-    error            float32, (n,), radians, the step control's own estimate, summed; 0 for constant steps
+    error            float32, (n,), radians, the step control's own estimate, summed (0 for constant steps), and what
+                     the far field leaves out
     """
 
     position: np.ndarray
@@ -333,6 +334,7 @@ def make_request(
     model_files, model_flags = model.shader_files(), model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     if math.isinf(model.last_parameter()):
         model_files = (*model_files, "models/endless")
+    model_files = (*model_files, *model.far_files())
     orbit = takes_orbits(model, settings, packed)
     if orbit:  # its steps are no lengths; what stalls is told by the chart itself
         model_files = (*NO_BORDERS.files, "captures/none", *model_files, *model.orbit_files())

@@ -4,6 +4,8 @@ vec3 chart_direction(vec3 x, vec3 direction);  // the observer's direction, seen
 RayState first_state(vec3 x, vec3 direction);  // the observer's direction as the model's state
 RayState initial_state(vec3 x, vec3 d);        // the model's state for a chart direction
 vec3 ray_moment(vec2 pixel, vec3 origin, vec3 direction);  // origin x d, d the unit direction in the chart
+vec3 far_turn(vec3 x, vec3 d);                 // by what d has turned since infinity, across it, to the first order
+float far_index(vec3 x, vec3 d);               // its product with |x cross d| is conserved far away
 
 // How far a ray may go straight before anything can bend it or be hit: to the bounding sphere, or past it where the ray
 // misses it. 0 for a ray that begins inside or leaves.  nearest : of the ray's points, the one nearest to the centre
@@ -14,7 +16,18 @@ float straight_way(vec3 x, vec3 d, vec3 nearest, float radius, out float before)
     return dot(x, x) <= radius * radius || towards <= 0.0 ? 0.0 : towards - before;
 }
 
-// No ray is bent or hits anything before it has come within this radius, or within so many impact parameters of the centre.
+// The end of that way, bent by the little that there is far away: with the impact parameter that is conserved, and turned
+// by what has turned the ray since x.
+RayState bent_start(vec3 x, vec3 d, vec3 nearest, float before) {
+    nearest *= far_index(x, d) / far_index(nearest - before * d, d);
+    vec3 turn = far_turn(nearest - before * d, d) - far_turn(x, d);
+    nearest -= dot(nearest, turn) * d;
+    d += turn;
+    return initial_state(nearest - before * d, d);
+}
+
+// No ray is bent by much or hits anything before it has come within this radius, or within so many impact parameters of
+// the centre.
 uniform float u_inner_radius;
 uniform float u_bends_within;
 
@@ -27,6 +40,6 @@ RayState ray_start(vec2 pixel, vec3 origin, vec3 direction, float radius, out fl
     vec3 nearest = cross(d, moment);
     float before;
     tau = straight_way(origin, d, nearest, min(radius, bent_within), before);
-    if (tau > 0.0) return initial_state(nearest - before * d, d);
+    if (tau > 0.0) return bent_start(origin, d, nearest, before);
     return first_state(origin, direction);
 }

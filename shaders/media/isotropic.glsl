@@ -35,8 +35,8 @@ bool absorbed(RayState s) {
     return length(s.x) <= ABSORBING * horizon();
 }
 
-// Half of the way to where n is infinite.
+// Half of the way to where n is infinite; what leaves from beyond the photon sphere (1.87 M) does not come back.
 float longest_step(RayState s) {
-    if (u_mass <= 0.0) return 1.0e30;
+    if (dot(s.x, s.v) > 0.0 && length(s.x) > 4.0 * u_mass) return 1.0e30;
     return 0.5 * max(length(s.x) - 0.5 * u_mass, 0.005 * u_mass) / max(length(s.v), 1e-30);
 }

@@ -113,11 +113,13 @@ vec3 border_heart(vec3 x) {
     return vec3(0.0);
 }
 
-// A quarter of r: a ray that falls in meets the horizon's inside before the ring. Without a mass there is nothing to meet.
+// A quarter of r: a ray that falls in meets the horizon's inside before the ring. What leaves from beyond all photon orbits
+// (r = 4 M at most) does not come back, and without a mass there is nothing to meet.
 float longest_step(RayState s) {
     KerrSchild k = kerr_schild(s.x);
-    float speed = length(velocity(k, s.v, energy_and_along(k, s.v)));
-    return u_mass > 0.0 ? 0.25 * k.r / max(speed, 1e-30) : 1.0e30;
+    vec3 v = velocity(k, s.v, energy_and_along(k, s.v));
+    bool leaves = dot(s.x, v) > 0.0 && k.r > 8.0 * u_mass;
+    return leaves ? 1.0e30 : 0.25 * k.r / max(length(v), 1e-30);
 }
 
 // Conserved: E, L_z, and the root of Carter's K = Q + (L_z - a E)^2 = p_theta^2 + (L_z / sin theta - a E sin theta)^2, which

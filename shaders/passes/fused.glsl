@@ -21,6 +21,7 @@ bool absorbed(RayState s);
 bool captured(RayState s);   // certain to be absorbed
 bool outside(RayState s);    // the ray left the bounding sphere and cannot come back
 float time_left(float tau);  // until the model ends a ray that has met nothing
+vec4 far_bend(RayState s, vec3 d);  // by what a ray still turns beyond the bounding sphere, and what that leaves out
 void hold(vec3 x);           // the law's formula in the region that x is in
 vec2 border_gap(RayState s, RayState rate);                // how far its border is, and how fast that changes
 void cross_border(inout RayState s, inout RayState rate);  // into the region on the other side
@@ -414,9 +415,17 @@ void main() {
     RayState end = s;
 #endif
 #ifdef FAR_SIDE
-    out_v = vec4(ray_direction(own_side(s)), status);
+    RayState seen = own_side(s);
 #else
-    out_v = vec4(ray_direction(s), status);
+    RayState seen = s;
+#endif
+    out_v = vec4(ray_direction(seen), status);
+#ifndef STRAIGHT
+    if (status == ESCAPED) {
+        vec4 bend = far_bend(seen, out_v.xyz);
+        out_v.xyz = normalize(out_v.xyz + bend.xyz);
+        ray.error += bend.w;
+    }
 #endif
     if (status == NOT_FINITE) out_v.xyz = vec3(0.0);
 #ifndef STRAIGHT

@@ -7,6 +7,7 @@ bool captured(RayState s);  // certain to be absorbed
 bool outside(RayState s);  // the ray left the bounding sphere and cannot come back
 float time_left(float tau);  // until the model ends a ray that has met nothing
 vec3 ray_direction(RayState s);
+vec4 far_bend(RayState s, vec3 d);  // by what a ray still turns beyond the bounding sphere, and what that leaves out
 #ifdef FAR_SIDE
 RayState own_side(RayState s);  // the state in the chart of the side that it is on
 #endif
@@ -83,15 +84,22 @@ void main() {
     float depth = u_segment + 1.0;
 #endif
     if (status == RUNNING) discard;
+    float left_out = 0.0;
     if (status == NOT_FINITE) {  // the last point that was still a number
         x = before;
         out_v = vec4(0.0, 0.0, 0.0, status);
     } else {
 #ifdef FAR_SIDE
-        out_v = vec4(ray_direction(own_side(s)), status);
+        RayState seen = own_side(s);
 #else
-        out_v = vec4(ray_direction(s), status);
+        RayState seen = s;
 #endif
+        out_v = vec4(ray_direction(seen), status);
+        if (status == ESCAPED) {
+            vec4 bend = far_bend(seen, out_v.xyz);
+            out_v.xyz = normalize(out_v.xyz + bend.xyz);
+            left_out = bend.w;
+        }
     }
     out_x = x;
 #ifdef COLOR
@@ -129,6 +137,6 @@ void main() {
         / max(max(max(size.x, size.y), max(size.z, size.w)), 1e-30);
     if (!finite(drift)) drift = 3.0e38;
 #endif
-    out_tally = vec4(min(depth, u_segment + 1.0), effort.y, effort.x, drift);
+    out_tally = vec4(min(depth, u_segment + 1.0), effort.y, effort.x + left_out, drift);
 #endif
 }

@@ -5,8 +5,9 @@ import numpy as np
 from addon.core import device as gpu
 from addon.core.pipelines.tile import ROUNDING_OF_A_STEP
 from addon.core.settings import Settings
+from addon.core.status import Status
 from addon.core.trace import trace_rays
-from tests.shaders.truth import integrate
+from tests.shaders.truth import at_infinity, integrate
 
 EPS = 2.0**-24  # half an ulp of float32, relative
 HIGH = Settings(integrator="dormand_prince_54", step_control="embedded", tolerance=1e-6)
@@ -83,6 +84,8 @@ def errors(model, positions, directions, settings=HIGH):
     found, allowed = np.zeros(len(positions)), np.zeros(len(positions))
     for i, length in enumerate(ends.parameter.astype(float)):
         exact, magnified = exact_end(model, positions[i], directions[i], length)
+        if model.far_files() != ("far/none",) and ends.status[i] == Status.ESCAPED:
+            exact = at_infinity(model, positions[i : i + 1], directions[i : i + 1])[0]
         found[i] = np.linalg.norm(ends.direction[i] - exact)
         accepted = max(settings.tolerance, ROUNDING_OF_A_STEP * ends.steps[i])
         allowed[i] = max(1.0, magnified) * (accepted + EPS * ends.steps[i])

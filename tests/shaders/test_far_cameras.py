@@ -182,7 +182,9 @@ def test_the_papers_pipeline(model):
 
 @pytest.mark.parametrize(("model", "pipeline"), [(HOLE, "fused"), (KERR, "fused"), (KERR, "paper")])
 def test_what_a_ray_conserves_does_not_drift_on_the_way_in(model, pipeline):
-    """The drift is that of the steps, as from 500 M: not the rounding of the camera's place, 0.03 of L from 1e6 M."""
+    """The drift is that of the steps, as from 500 M, and what L loses to rounding where the steps begin, at 1e4 M: not
+    what it loses at the camera, a hundred times as much.
+    """
     options = {"integrator": "dormand_prince_54", "step_control": "embedded", "tolerance": 1e-6, "observer": "static"}
     settings = Settings(pipeline=pipeline, passes=("Drift", "Status"), **options)
 
@@ -195,7 +197,7 @@ def test_what_a_ray_conserves_does_not_drift_on_the_way_in(model, pipeline):
 
     near, far = drift(500.0), drift(1e6)
     print(f"{model.name}, {pipeline}: {near:.1e} from 500 M, {far:.1e} from 1e6 M")
-    assert far < 3.0 * near + 1e-5
+    assert far < 3.0 * near + 2.0 * EPS * 1e4 / 5.0  # of an L of 5 M and more
 
 
 @pytest.mark.parametrize("observer", KERR.observers)
@@ -212,17 +214,18 @@ def test_given_rays(observer):
 
 
 @pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
-@pytest.mark.parametrize("name", ["straight", "wormhole", "refraction"])
+@pytest.mark.parametrize("name", ["straight", "lorenz", "refraction"])
 def test_where_rays_enter(glsl, name, kind):
     """The point at the bounding sphere, of 10 lengths: within some ten roundings of its radius, whatever the distance,
-    times the condition of where a ray meets a sphere.
+    times the condition of where a ray meets a sphere. Of laws that bend nothing farther out.
     """
     model = MODELS[name]()
+    law = [*model.borders().files, *model.far_files(), *model.shader_files()]
     scene = far_scene(model, 1e6, aside=(100.0, 50.0), turn=-0.2, kind=kind)
     y, x = (values.ravel() + 0.5 for values in np.mgrid[0:PIXELS:40, 0:PIXELS:40])
     camera = kind.lower()
     found = glsl(
-        ["common/ray_start", f"camera/{camera}", f"camera/moment_{camera}", "observers/chart", *model.shader_files()],
+        ["common/ray_start", f"camera/{camera}", f"camera/moment_{camera}", "observers/chart", *law],
         "vec3 o, d; float tau; camera_ray(pixel.xy, o, d); out_result.xyz = ray_start(pixel.xy, o, d, 10.0, tau).x;",
         {"pixel": np.stack([x, y], axis=1)},
         uniforms=camera_uniforms(scene)

@@ -215,8 +215,8 @@ def test_rays_keep_energy_spin_and_carter(spin):
 
 @pytest.mark.parametrize("spin", [0.0, 0.9, 0.998])
 def test_rays_agree_with_float64(spin):
-    """All directions around the hole that escape, against DOP853; the near-critical ones (E of theirs magnified by more
-    than 100) are left to the capture tests.
+    """All directions around the hole that escape, against DOP853 far out; the near-critical ones (E of theirs magnified
+    by more than 100) are left to the capture tests.
     """
     model = MODELS["kerr"](spin=spin)
     generator = np.random.default_rng(8)
@@ -232,9 +232,7 @@ def test_rays_agree_with_float64(spin):
     for row in range(60):
         d = directions[row].astype(float)
         start = model.initial_states(positions[row : row + 1], (d / np.linalg.norm(d))[None])[0]
-        solved = solve_ivp(
-            lambda t, s: model.rhs(s[None])[0], (0, float(ends.parameter[row])), start, "DOP853", rtol=1e-11, atol=1e-12
-        )
+        solved = solve_ivp(lambda t, s: model.rhs(s[None])[0], (0, 1e9), start, "DOP853", rtol=1e-11, atol=1e-12)
         errors.append(np.linalg.norm(model.ray_directions(solved.y[:, -1:].T)[0] - ends.direction[row]))
     print(f"a = {spin}: median {np.median(errors):.1e}, largest {max(errors):.1e} rad; bound 1e-5")
     assert max(errors) <= 1e-5
@@ -393,9 +391,11 @@ def test_forward_and_back(spin):
     settings = Settings(**{**vars(FINE), "escape_radius": 300.0})
     model, turned_round = MODELS["kerr"](spin=spin), MODELS["kerr"](spin=-spin)
     there = trace_rays(model, *beam(b, 300.0), settings)
-    end, way = in_the_other_chart(model, there.position, there.direction)
+    left = truth.directions_there(model, there.position, there.direction)
+    end, way = in_the_other_chart(model, there.position, left)
     back = trace_rays(turned_round, end, -way, settings)
-    end, way = in_the_other_chart(turned_round, back.position, back.direction)
+    left = truth.directions_there(turned_round, back.position, back.direction)
+    end, way = in_the_other_chart(turned_round, back.position, left)
     # Where the way back meets the plane that the rays began in.
     met = end[:, 1] - (end[:, 0] + 300.0) / way[:, 0] * way[:, 1]
     angle, gap = np.linalg.norm(way + np.array([1.0, 0.0, 0.0]), axis=1), np.abs(met - b)

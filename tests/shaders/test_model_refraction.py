@@ -317,7 +317,6 @@ def test_mirage_in_closed_form(pipeline):
         ({"medium": "luneburg"}, 1.0),
         ({"medium": "fisheye"}, 1.0),
         ({"medium": "shell", "strength": 0.5}, 0.1),
-        ({"medium": "isotropic", "mass": 0.1}, 1.0),
         ({"medium": "explosion", "roughness": 0.0}, 0.1),
     ],
     ids=lambda value: value["medium"] if isinstance(value, dict) else "",
@@ -325,6 +324,7 @@ def test_mirage_in_closed_form(pipeline):
 @pytest.mark.parametrize("pipeline", ["paper", "fused"])
 def test_bouguer(values, feature, pipeline):
     """|x cross v| = n r sin(psi) at both ends; for the explosion, whose shader does not know that it is a ball, too.
+    Of the isotropic medium's rays the directions are not known where they end, but far away: see the deflection.
 
     The estimate of a step's error misses some of it where a front's pieces meet: the thinner, the more steps there.
     """
@@ -347,8 +347,8 @@ def test_bouguer(values, feature, pipeline):
 @pytest.mark.parametrize("impact", [6.0, 10.0, 100.0])
 @pytest.mark.parametrize("pipeline", ["paper", "fused"])
 def test_isotropic_medium_deflects_as_schwarzschild(impact, pipeline):
-    """b = n rho sin(psi) is Schwarzschild's impact parameter. What bends before rho = 1e4 M and after 2e4 M is below
-    2 M b / rho^2 = 2e-6 for b = 100 M.
+    """b = n rho sin(psi) is Schwarzschild's impact parameter. What bends before rho = 1e4 M is below M b / rho^2 =
+    1e-6 for b = 100 M.
     """
     model = REFRACTION(medium="isotropic")
     far = 1e4

@@ -133,8 +133,8 @@ def test_no_step_of_a_straight_ray_goes_past_infinity(glsl):
 @pytest.mark.parametrize("tolerance", [1e-2, 2e-3, 1e-4])
 @pytest.mark.parametrize(("r", "spread"), [(27.4, 0.75), (100.0, None), (6.0, None), (1e3, 0.02), (1e4, None)])
 def test_the_ends_are_as_right_as_the_tolerance_says(egl, r, spread, tolerance):
-    """The 99th percentile of the direction's error, against DOP853 at the same τ; and where the ray is by then: what
-    its direction is off by shifts it by as much.
+    """The 99th percentile of the direction's error, against DOP853 far out; and where the ray is by the τ at which it
+    ended, against the same: what its direction is off by shifts it by as much.
     """
     x, d = rays(r, spread)
     ends = trace_rays(scenes.HOLE, x, d, Settings(tolerance=tolerance))
@@ -142,7 +142,7 @@ def test_the_ends_are_as_right_as_the_tolerance_says(egl, r, spread, tolerance):
     assert (ends.status == last.status).all()
     escaped = ends.status == Status.ESCAPED
     assert escaped.sum() > 150
-    error = angles(ends.direction.astype(float), true.direction)[escaped]
+    error = angles(ends.direction.astype(float), last.direction)[escaped]
     away = np.linalg.norm(ends.position - true.position, axis=1) / np.linalg.norm(true.position, axis=1)
     print(f"\n{r} M, {tolerance}: 99 % below {np.percentile(error, 99):.1e} rad, {ends.steps.mean():.1f} steps a ray")
     assert np.percentile(error, 99) < tolerance
@@ -221,12 +221,15 @@ def test_without_a_mass_rays_are_straight(egl, distance):
 
 
 def test_a_ray_that_begins_at_its_end_stays_there(egl):
-    """Within the horizon, at the very centre, and outside the bounding sphere on the way out: to the bit."""
+    """Within the horizon, at the very centre, and outside the bounding sphere on the way out: to the bit, but for what
+    bends the last one beyond, less than 2 M / b.
+    """
     x = np.array([[0.0, 0.0, 0.0], [0.5, -1.0, 0.3], [3e5, 1e5, 0.0]], np.float32)
     d = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], np.float32)
     ends = trace_rays(scenes.HOLE, x, d, Settings())
     assert ends.status.tolist() == [Status.ABSORBED, Status.ABSORBED, Status.ESCAPED]
-    assert np.array_equal(ends.position, x) and np.abs(ends.direction - d).max() < 2 * EPS
+    assert np.array_equal(ends.position, x) and np.abs(ends.direction - d)[:2].max() < 2 * EPS
+    assert np.abs(ends.direction - d)[2].max() < 2.0 / 3e5
     assert not ends.steps.any() and not ends.parameter.any() and np.isfinite(ends.invariant_drift).all()
 
 

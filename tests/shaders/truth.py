@@ -45,6 +45,22 @@ def integrate(model, states, length):
     return path(model, states, length)[-1]
 
 
+def at_infinity(model, positions, directions):
+    """(n, 3): unit directions far away of rays of the chart that leave, by float64."""
+    starts = model.initial_states(np.asarray(positions, float), np.asarray(directions, float))
+    ends = [path(model, start[None], 1e9, atol=1e-14, t_eval=[1e9])[-1] for start in starts]
+    return model.ray_directions(np.concatenate(ends))
+
+
+def directions_there(model, positions, far):
+    """(n, 3): unit directions in the chart, at positions on the way out, of rays that end in the directions `far`."""
+    there = far = np.asarray(far, float)
+    for _ in range(3):  # each leaves the turn's square
+        there = there + far - at_infinity(model, positions, there)
+        there = there / np.linalg.norm(there, axis=1, keepdims=True)
+    return there
+
+
 def camera_rays(camera):
     """Origins and unit directions, float64, (rows, columns, 3), world space, of the pixels' centres."""
     left, right, bottom, top = camera.window

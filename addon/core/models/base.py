@@ -104,6 +104,10 @@ class Model:
         """The file of shaders/captures: whether a ray is certain to be absorbed before it is."""
         return "captures/none"
 
+    def far_files(self) -> tuple[str, ...]:
+        """Files of shaders/far: what bends a ray beyond the bounding sphere, where the law does not end there."""
+        return ("far/none",)
+
     def smooth(self) -> bool:
         """Whether the force has the derivatives that a method of sixth order needs, but for its borders."""
         return True
@@ -133,12 +137,14 @@ class Model:
         raise NotImplementedError
 
     def flat_radius(self) -> float:
-        """Outside this radius (model lengths) rays count as straight: the smallest bounding sphere of Section 4.1."""
+        """Outside this radius (model lengths) rays are straight, but for what far_files() bends them by: the smallest
+        bounding sphere of Section 4.1.
+        """
         raise NotImplementedError
 
     def escape_radius(self, reach: float) -> float:
-        """Where a ray that begins at the radius `reach` may count as straight, model lengths. A reach of 0 is asked
-        where steps are constant, and every length of way costs time.
+        """Where steps end for a ray that begins at the radius `reach`, model lengths; far_files() know what bends it
+        beyond. A reach of 0 is asked where steps are constant, and every length of way costs time.
         """
         return self.flat_radius()
 

@@ -37,6 +37,7 @@ class Kerr(Model):
     description = "Light around a black hole that rotates about the model's Z axis"
     menu_order = 11
     has_static_frame = True
+    bends_within = 100.0
     observers = ("chart", "static", "moving", "falling")
     parameters = (
         Parameter("mass", 1.0, "model lengths (G = c = 1)", "Mass of the black hole", 0.0, 1e6, 0.0, 5.0),
@@ -121,6 +122,9 @@ class Kerr(Model):
         """A little outside the horizon, as in the shader."""
         return self.radius(states[:, :3]) <= (1.0 + 1e-5) * self.horizon
 
+    def far_files(self) -> tuple[str, ...]:
+        return ("far/mass", "far/kerr")
+
     def borders(self) -> Borders:
         return SWALLOWING
 
@@ -134,8 +138,12 @@ class Kerr(Model):
         return 0.05 * self.mass if self.mass > 0 else 1.0
 
     def flat_radius(self) -> float:
-        """The chart is still twisted at r: a ray that leaves there turns by 2aM/r², 2e-6 rad here, 2e-4 at 100 M."""
-        return 1000.0 * self.mass
+        """The far field's first order leaves out some M²a/r³."""
+        return 300.0 * self.mass
+
+    def escape_radius(self, reach: float) -> float:
+        """As Schwarzschild's."""
+        return max(self.flat_radius(), min(1.1 * reach, 1e4 * self.mass))
 
     def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
         if self.mass == 0.0:

@@ -28,6 +28,8 @@ class Medium:
     more_files: ClassVar[tuple[str, ...]] = ()  # of shaders/, that it calls
     smooth: ClassVar[bool] = True  # as Model.smooth()
     capture_file: ClassVar[str] = "captures/none"  # as Model.capture_file()
+    far_file: ClassVar[str] = "far/none"  # as Model.far_files()
+    bends_within: ClassVar[float] = 1e30  # as Model.bends_within
     borders: ClassVar[Borders] = NO_BORDERS  # as Model.borders()
     symmetry: ClassVar[str] = ""  # "RADIAL": n(|x|); "LAYERED": n(z); a flag of the shader, for what is conserved
 
@@ -317,6 +319,8 @@ class Isotropic(Medium):
     key = "isotropic"
     borders = SWALLOWING
     capture_file = "captures/isotropic"
+    far_file = "far/isotropic"
+    bends_within = 100.0
     label = "Black Hole as a Medium"
     description = "The index that bends light exactly as a Schwarzschild black hole does, in isotropic coordinates"
     parameters = ("mass",)
@@ -341,8 +345,10 @@ class Isotropic(Medium):
         return 0.05 * self.model.mass if self.model.mass > 0 else 1.0
 
     def flat_radius(self) -> float:
-        """n − 1 falls only as 2M/ρ: there it changes the impact parameter by 2e-4 of itself."""
-        return 1e4 * self.model.mass
+        """n − 1 falls only as 2M/ρ, but the far field's first order leaves out no more than M/ρ of the turn."""
+        return 1000.0 * self.model.mass
 
     def escape_radius(self, reach: float) -> float:
-        return self.flat_radius() if reach else 100.0 * self.model.mass
+        """As Schwarzschild's."""
+        mass = self.model.mass
+        return max(self.flat_radius(), min(1.1 * reach, 1e4 * mass)) if reach else 100.0 * mass

@@ -142,6 +142,9 @@ class RadialPotential(Model):
     def borders(self) -> Borders:
         return RIM if self.xi == "cubic" else SWALLOWING
 
+    def far_files(self) -> tuple[str, ...]:
+        return ("far/coulomb",) if self.xi == "coulomb" else super().far_files()
+
     def force_of_position(self) -> bool:
         return True
 
@@ -194,7 +197,14 @@ class RadialPotential(Model):
         return (("the formula", f"// Provides a typed force.\n\nfloat xi(float r) {{\n{body}\n}}\n"),)
 
     def uniforms(self) -> dict[str, object]:
-        return super().uniforms() | {"u_centre_count": len(self.centres), "u_centre": tuple(self.centres[0])}
+        middle = self.centres.mean(axis=0)
+        return super().uniforms() | {
+            "u_centre_count": len(self.centres),
+            "u_centre": tuple(self.centres[0]),
+            "u_middle": tuple(middle),
+            "u_whole_k": len(self.centres) * self.k,
+            "u_quadrupole": float(np.sum((self.centres - middle) ** 2, axis=1).max()),
+        }
 
     def textures(self) -> dict[str, np.ndarray]:
         """One centre is a uniform: reading a texel takes longer than the rest of its force."""

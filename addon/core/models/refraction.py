@@ -218,6 +218,13 @@ class Refraction(Model):
     def capture_file(self) -> str:
         return self.law.capture_file
 
+    def far_files(self) -> tuple[str, ...]:
+        return (self.law.far_file,)
+
+    @property
+    def bends_within(self) -> float:
+        return self.law.bends_within
+
     def smooth(self) -> bool:
         return self.law.smooth
 

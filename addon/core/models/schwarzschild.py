@@ -45,6 +45,9 @@ class Schwarzschild(Model):
     def capture_file(self) -> str:
         return "captures/schwarzschild"
 
+    def far_files(self) -> tuple[str, ...]:
+        return ("far/mass", "far/schwarzschild")
+
     def borders(self) -> Borders:
         return SWALLOWING
 
@@ -58,8 +61,8 @@ class Schwarzschild(Model):
         return 100.0 * self.mass
 
     def escape_radius(self, reach: float) -> float:
-        """A ray that leaves at r has still to turn by about 3 M b³ / 4 r⁴, and b may be as large as `reach`: ten times
-        this leaves 1e-4 M / b. Beyond 1e4 M, where float32 has no digits for more, nothing bends.
+        """b may be as large as `reach`, and the places of loose steps are surer farther out. Of what passes by beyond
+        1e4 M the far field has the whole turn.
         """
         return max(self.flat_radius(), min(10.0 * reach, 1e4 * self.mass))
 

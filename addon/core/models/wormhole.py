@@ -26,6 +26,7 @@ class Wormhole(Model):
     description = "Light through a throat to a far side that has a sky of its own"
     menu_order = 12
     has_far_side = True
+    bends_within = 100.0
     parameters = (
         Parameter(
             "throat_radius",
@@ -69,7 +70,11 @@ class Wormhole(Model):
     def default_step(self) -> float:
         return 0.05 * self.throat_radius
 
+    def far_files(self) -> tuple[str, ...]:
+        return ("far/wormhole",)
+
     def flat_radius(self) -> float:
+        """Of what passes by farther out, the far field has the whole turn, but for 1e-8."""
         return 100.0 * self.throat_radius
 
     def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:

@@ -91,11 +91,12 @@ def _settings_to_try(case: Case, effort: Effort) -> list[tuple[Method, float, Se
 
 def bounding_sphere_floor(case: Case, positions: np.ndarray, directions: np.ndarray, truth: Truth) -> float:
     """What no constant step can improve: the 99th percentile of the angle, radians, by which true rays have still to
-    turn where the shaders end them. Of a part of the rays.  directions : of the chart
+    turn where the shaders end them; nothing where these add the far field. Of a part of the rays.
+    directions : of the chart
     """
     some = np.arange(0, len(positions), SHARE_OF_FLOOR)
     radius = case.model.escape_radius(0.0)
-    if not case.model.straight_far_out() or radius <= 0.0:
+    if not case.model.straight_far_out() or radius <= 0.0 or case.model.far_files() != ("far/none",):
         return 0.0
     ended, far = true_ends(case.model, positions[some], directions[some], radius=radius), truth[some]
     both = (ended.status == Status.ESCAPED) & (far.status == Status.ESCAPED) & ended.converged & far.converged
