@@ -209,3 +209,11 @@ def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
     miss = circle_missing(x, ends.direction[0].astype(float), np.array([-2.0, 0.0, 0.0]))
     print(f"\n{angle:g} degrees, tolerance {tolerance:g}: {miss:.1e} R after {steps} steps, estimate {ends.error[0]:.1e}")
     assert miss <= 2.5 * (2.0 * tolerance + 8 * EPS * steps)
+
+
+@pytest.mark.parametrize("mu", [0.0, 1e-3])
+def test_yukawa_of_a_long_range(mu):
+    """Its sphere grows with its range, until r xi is 1e-6 rad."""
+    model = MODELS["radial_potential"](xi="yukawa", zeta=-1.0, mu=mu)
+    rays = beam(100.0, [10.0, 50.0, 100.0])
+    check(f"mu = {mu:g}", model, rays, at_infinity(model, *rays), TIGHT)
