@@ -17,10 +17,6 @@ vec3 acceleration(vec3 x, RayState s) {
     return medium(x).xyz;
 }
 
-RayState rhs(RayState s) {
-    return RayState(s.v, acceleration(s.x, s));
-}
-
 vec3 ray_direction(RayState s) {
     return s.v / max(length(s.v), 1e-30);
 }

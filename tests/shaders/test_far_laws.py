@@ -176,3 +176,44 @@ def test_coulombs_centres_together():
     model = MODELS["radial_potential"](xi="coulomb", k=0.5, centres=[[10.0, 0.0, 0.0], [30.0, 5.0, 0.0]])
     rays = beam(100.0, [20.0, 50.0, 100.0])
     check("two centres", model, rays, at_infinity(model, *rays), TIGHT)
+
+
+def circle_missing(x, d, image):
+    """How far, model lengths, the fisheye's ray (R = 1) through x along d, a circle through x and -x / |x|^2, passes the
+    image. float64, (3,) each.
+    """
+    normal = np.cross(x, d)
+    inward = np.cross(normal, d) / np.linalg.norm(normal)  # in the ray's plane, across d
+    other = -x / (x @ x) - x
+    radius = other @ other / (2.0 * (inward @ other))
+    off = image - (x + radius * inward)
+    height = off @ normal / np.linalg.norm(normal)
+    return np.hypot(height, np.sqrt(off @ off - height**2) - abs(radius))
+
+
+@pytest.mark.parametrize("tolerance", [5e-5, 1e-5, 1e-6])
+@pytest.mark.parametrize("angle", [7.5, 10.0, 30.0, 80.0])
+def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
+    """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0). There a
+    radian of a ray's direction, and of where it is on the sphere that the fisheye is a picture of, is (1 + 2^2) / 2 R.
+    """
+    model = MODELS["refraction"](medium="fisheye", radius=1.0)
+    turned = np.radians(angle)
+    d = np.array([[np.cos(turned), np.sin(turned), 0.0]]).astype(np.float32).astype(float)
+    for steps in range(4, 300):
+        ends = trace_rays(model, [[0.5, 0.0, 0.0]], d, Settings(tolerance=tolerance, max_steps=steps))
+        x = ends.position[0].astype(float)
+        if x[1] < 0.0:
+            break
+    assert x[1] < 0.0
+    miss = circle_missing(x, ends.direction[0].astype(float), np.array([-2.0, 0.0, 0.0]))
+    print(f"\n{angle:g} degrees, tolerance {tolerance:g}: {miss:.1e} R after {steps} steps, estimate {ends.error[0]:.1e}")
+    assert miss <= 2.5 * (2.0 * tolerance + 8 * EPS * steps)
+
+
+@pytest.mark.parametrize("mu", [0.0, 1e-3])
+def test_yukawa_of_a_long_range(mu):
+    """Its sphere grows with its range, until r xi is 1e-6 rad."""
+    model = MODELS["radial_potential"](xi="yukawa", zeta=-1.0, mu=mu)
+    rays = beam(100.0, [10.0, 50.0, 100.0])
+    check(f"mu = {mu:g}", model, rays, at_infinity(model, *rays), TIGHT)

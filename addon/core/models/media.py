@@ -28,6 +28,7 @@ class Medium:
     more_files: ClassVar[tuple[str, ...]] = ()  # of shaders/, that it calls
     smooth: ClassVar[bool] = True  # as Model.smooth()
     capture_file: ClassVar[str] = "captures/none"  # as Model.capture_file()
+    thins_out: ClassVar[bool] = False  # n falls towards 0 far out: |v| = n has to be put into the equation
     far_file: ClassVar[str] = "far/none"  # as Model.far_files()
     bends_within: ClassVar[float] = 1e30  # as Model.bends_within
     borders: ClassVar[Borders] = NO_BORDERS  # as Model.borders()
@@ -262,6 +263,7 @@ class Fisheye(Medium):
     """n = n0 / (1 + r²/R²): rays are circles, and all from x pass −R² x / |x|². Maxwell 1854."""
 
     key = "fisheye"
+    thins_out = True
     label = "Maxwell's Fisheye"
     description = "Rays are circles: everything has an image on the other side of the centre"
     parameters = ("radius", "index")

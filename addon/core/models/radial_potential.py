@@ -154,7 +154,10 @@ class RadialPotential(Model):
         return 0.02 * min(max(size, 0.1), 100.0)
 
     def flat_radius(self) -> float:
-        radii = np.geomspace(1e-3, FARTHEST, 601)
+        return self._flat_radius(FARTHEST)
+
+    def _flat_radius(self, farthest: float) -> float:
+        radii = np.geomspace(1e-3, farthest, 601)
         flat = len(self.centres) * np.abs(self.force(radii)) * radii < FLAT  # false for NaN, too
         bent = np.append(np.flatnonzero(~flat), -1)[:-1]
         reach = radii[min(bent[-1] + 1, len(radii) - 1)] if len(bent) else 0.0
@@ -165,6 +168,8 @@ class RadialPotential(Model):
         would be faster there by k / FARTHEST than one from far out.
         """
         flat = self.flat_radius()
+        if self.xi == "yukawa" and reach:  # of a long range, or, for mu = 0, Coulomb's
+            return self._flat_radius(abs(self.zeta) / FLAT + FARTHEST)
         if self.xi != "coulomb":
             return flat
         return max(flat, min(1.1 * reach, len(self.centres) * abs(self.k) / FLAT))

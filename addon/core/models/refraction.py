@@ -177,7 +177,11 @@ class Refraction(Model):
         self.law = MEDIA[self.medium](self)
 
     def rhs(self, states: np.ndarray) -> np.ndarray:
-        return np.concatenate([states[:, 3:], self.law.field(states[:, :3])[0]], axis=1)
+        force, n_squared = self.law.field(states[:, :3])
+        if not self.law.thins_out:
+            return np.concatenate([states[:, 3:], force], axis=1)
+        stretched = np.linalg.norm(states[:, 3:], axis=1, keepdims=True) / np.sqrt(n_squared)[:, None]
+        return np.concatenate([states[:, 3:] / stretched, stretched * force], axis=1)
 
     def initial_states(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
         n = np.sqrt(np.maximum(self.law.field(positions)[1], 0.0))
@@ -193,7 +197,7 @@ class Refraction(Model):
         return self.law.clear_distances(states[:, :3])
 
     def force_of_position(self) -> bool:
-        return True
+        return not self.law.thins_out
 
     def default_step(self) -> float:
         return self.law.default_step()
@@ -232,7 +236,8 @@ class Refraction(Model):
         return self.law.borders
 
     def shader_files(self) -> tuple[str, ...]:
-        return (f"models/{self.name}", *self.law.files())
+        equation = "models/refraction_speed" if self.law.thins_out else "models/refraction_force"
+        return (f"models/{self.name}", equation, *self.law.files())
 
     def flags(self) -> frozenset[str]:
         return frozenset({self.law.symmetry} - {""})
