@@ -15,7 +15,7 @@ import bpy
 from . import capture, image, report
 from .core import trace
 from .core.frame import Frame
-from .core.status import MEANINGS, advice
+from .core.status import MEANINGS, advice, patience
 from .job import Clock, duration
 from .terminal import INTERRUPTED, Interrupt, Progress
 
@@ -122,6 +122,8 @@ def summary(frame: Frame, paths: list[Path], seconds: float) -> list[str]:
     ]
     if statistics.worst_drift is not None:
         lines.append(f"  Worst drift of the invariants: {statistics.worst_drift:.2g}")
+    if statistics.prolonged:
+        lines.append(f"  {patience(*statistics.prolonged)}")
     if statistics.left_out:
         lines.append(f"  Left out: {'; '.join(statistics.left_out)}")
     lines += [f"  Warning: {text}" for text in [*frame.warnings, *advice(statistics.rays)]]

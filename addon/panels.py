@@ -9,7 +9,7 @@ from . import status_colors
 from .capture import ENGINE
 from .checks import problems
 from .core.models import MODELS
-from .core.status import MEANINGS, advice
+from .core.status import MEANINGS, advice, patience
 from .job import Button
 from .model_properties import entries, parameters_of
 from .operators import (
@@ -181,6 +181,8 @@ def draw_last_render(layout, context) -> None:
     if statistics.steps:
         most, mean = statistics.steps
         table(layout, [("Most", f"{most:,}"), ("Mean", f"{mean:,.1f}")], "Steps a ray")
+    if statistics.prolonged:
+        sentence(layout, context, patience(*statistics.prolonged), "INFO")
     if statistics.worst_drift is not None:
         table(layout, [("Worst drift", f"{statistics.worst_drift:.2g}")], "Invariants")
     table(layout, [("Textures", f"{statistics.texture_bytes / (1 << 20):,.2f} MiB")], statistics.device or "Memory")

@@ -136,7 +136,7 @@ class NONLINEAR_RAYS_PG_scene(PropertyGroup):
     )
     segments: IntProperty(
         name="Segments",
-        description="Straight pieces that a ray may be drawn with. Unit: pieces a ray",
+        description="Straight pieces that a ray may be drawn with; more where few rays take long. Unit: pieces a ray",
         default=DEFAULTS.segments,
         min=1,
         max=1_000_000,

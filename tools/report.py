@@ -13,9 +13,8 @@ from pathlib import Path
 REPOSITORY = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(REPOSITORY))
 
-from addon.core import device  # noqa: E402
 from addon.core.report.compare import Summary, differences, summarise  # noqa: E402
-from addon.core.report.make_report import write  # noqa: E402
+from tools import bpy_extension  # noqa: E402
 
 
 class Printed:
@@ -44,10 +43,31 @@ def main() -> int:
     if chosen.base:
         return compare(chosen.base, chosen.output / "summary.json")
     command = "make report QUICK=1" if chosen.quick else "make report"
-    index = write(chosen.output, quick=chosen.quick, versions=versions(), command=command, progress=Printed())
-    device.shutdown()
+    bpy_extension.link()
+    extension = bpy_extension.enable()
+    index = extension("addon.core.report.make_report").write(
+        chosen.output,
+        quick=chosen.quick,
+        samples=samples(extension),
+        versions=versions(),
+        command=command,
+        progress=Printed(),
+    )
+    extension("addon.core.device").shutdown()
     print(index)
     return 0
+
+
+def samples(extension) -> dict:
+    """Name -> scene and settings of every sample, as the panel would render it."""
+    import bpy
+
+    found = {}
+    for path in sorted((REPOSITORY / "sample_blends").glob("*.blend")):
+        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+        scene = bpy.context.scene
+        found[path.stem] = extension("addon.capture").capture(scene, scene.view_layers[0])
+    return found
 
 
 def compare(base: Path, new: Path) -> int:

@@ -58,7 +58,7 @@ class Source:
 
 def compose(choice: Choice) -> Source:
     """The whole text of a choice. Raises ShaderError where a file is missing."""
-    files = (*COMMON, choice.main, *choice.files)
+    files = dict.fromkeys((*COMMON, choice.main, *choice.files))  # each once, whoever asks for it
     texts = [(file, select(read(file), choice.flags, file)) for file in files] + list(choice.generated)
     text = "\n".join(f"#line 1 {number}\n{part}" for number, (_, part) in enumerate(texts))
     outputs = re.findall(r"^out vec4 (\w+);", text, re.MULTILINE)

@@ -18,6 +18,7 @@ class Statistics:
     texture_bytes : what was uploaded for the scene;  left_out : what this scene did not need, a phrase each
     steps : the largest and the mean number of steps a ray took, where the Steps pass was asked for
     worst_drift : of the invariants, of the rays that hit or escaped, where the Drift pass was asked for
+    prolonged : how many rays were let beyond the step limit, and how many steps at most, where there are such rays
     """
 
     rays: dict[Status, int] = field(default_factory=dict)
@@ -26,6 +27,7 @@ class Statistics:
     left_out: tuple[str, ...] = ()
     steps: tuple[int, float] | None = None
     worst_drift: float | None = None
+    prolonged: tuple[int, int] | None = None
     device: str = ""
 
     @property

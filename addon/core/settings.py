@@ -79,7 +79,8 @@ class Settings:
     chord_tolerance     angle, radians, that what is intersected may be away from the ray: a chord in the paper's
                         pipeline ("embedded"), None: the tolerance; a curve in the fused one, None: a twentieth of it
     max_steps           steps a ray may take
-    segments            n_segs: chords a ray may take
+    segments            n_segs: chords a ray may take; few rays among others have as many as max_steps allows, by
+                        doubling (fused only)
     steps_per_segment   n_integration: steps between two chords
     early_termination   which ended rays the early z test skips: "both", "hits", "bounds", "off" (or True, False)
     escape_radius       bounding sphere around the model's centre; None lets model and scene choose

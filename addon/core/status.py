@@ -40,6 +40,11 @@ ADVICE = {
 }
 
 
+def patience(rays: int, steps: int) -> str:
+    """A sentence for rays that were let beyond the step limit."""
+    return f"{rays} rays were given up to {steps} steps, since only few take so many: they wind around before they end."
+
+
 def advice(counts: Mapping[Status, int], limit: int | None = None) -> list[str]:
     """A sentence for each kind of failure. counts: rays by status; limit: steps a ray was allowed."""
     total = sum(counts.values())

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import device as gpu
+from .aim import far_camera, moments
 from .antialiasing import EdgeFinder, sample_offset
 from .frame import Frame, Statistics
 from .memory import TILE, frame_bytes
@@ -141,6 +142,7 @@ def render(
         left_out=left_out(request),
         steps=(steps[0], mean_steps) if steps[0] else None,
         worst_drift=worst_drift if "Drift" in settings.passes else None,
+        prolonged=pipeline.prolonged if pipeline.prolonged[0] else None,
         device=gpu.describe(),
     )
     return Frame(passes, statistics, (*scene.warnings, *packed.warnings))
@@ -157,7 +159,8 @@ def trace_rays(
 ) -> RayEnds:
     """The same shaders on given rays.
 
-    positions, directions : (n, 3), model space; directions need not be unit, and are the observer's
+    positions, directions : (n, 3), model space, in float64 where rays begin far away; directions need not be unit, and
+    are the observer's
     scene : its objects are hit by the rays; its camera, model and sky are not used
     Raises SettingsError, SceneError where a ray begins where the observer cannot be, ValueError for wrong shapes or
     values that are not finite, device.DeviceError.
@@ -174,11 +177,10 @@ def trace_rays(
     columns = min(n, RAYS_A_ROW)
     camera = Camera(np.eye(4), (-1, 1, -1, 1), columns, rows)
     scene = Scene(camera, model) if scene is None else replace(scene, camera=camera, model=model)
-    folded = [_folded(rays, rows, columns) for rays in (positions, directions)]
     asked = {"steps", "drift"} | ({"error", "rejected"} if settings.step_control != "constant" else set())
     packed = pack_for(scene, settings)
     reach = float(np.linalg.norm(positions, axis=1).max())
-    request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (folded[0], folded[1]), "given")
+    request = make_request(scene, settings, packed, {}, frozenset(asked), reach, (positions, directions))
     pipeline = make_pipeline(request, (columns, rows), columns, rows, Stopwatch())
     whole = TileEnds(*(np.empty((rows, columns, 4), np.float32) for _ in range(2)))
     whole.tally, whole.rejected = np.empty_like(whole.position), np.zeros_like(whole.position)
@@ -275,10 +277,11 @@ def make_request(
     camera: dict[str, object],
     outputs: frozenset[str],
     reach: float | None = None,
-    rays: tuple[np.ndarray, np.ndarray] | None = None,
-    camera_file: str | None = None,
+    rays: tuple[np.ndarray, ...] | None = None,
 ) -> Request:
-    """Gather what the pipeline needs. reach : how far from the model's centre rays begin, model lengths."""
+    """Gather what the pipeline needs. reach : how far from the model's centre rays begin, model lengths.
+    rays : positions and directions, float64, (n, 3), instead of the camera's
+    """
     model, placement = scene.model, scene.placement
     if settings.observer not in model.observers:
         raise SettingsError(
@@ -307,10 +310,18 @@ def make_request(
     values["u_light_count"] = packed.light_count
     values["u_sky_color"] = tuple(scene.environment.color)
     values["u_world_from_model"] = _column_major(placement.rotation)
-    values["u_observer_velocity"] = tuple(placement.directions_to_model(settings.observer_velocity))
+    velocity = placement.directions_to_model(settings.observer_velocity)
+    values["u_observer_velocity"] = tuple(velocity)
     observer = settings.observer
     if observer == "static" and not model.has_static_frame:
         observer = "chart"
+    inner_radius = min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius))
+    kind = scene.camera.kind.lower() if rays is None else "given"
+    if rays is None:
+        values |= far_camera(scene.camera, placement, model, observer, velocity)
+    else:  # those that begin within the inner radius need no moment
+        far = reach > inner_radius
+        rays = (*rays, moments(model, observer, velocity, *rays) if far else np.zeros_like(rays[0]))
     far_sky = scene.far_environment if model.has_far_side and "color" in outputs else None
     if far_sky is not None:
         values["u_far_sky_color"] = tuple(far_sky.color)
@@ -318,6 +329,7 @@ def make_request(
         far_sky = replace(far_sky, faces=finite_sky(far_sky.faces))
     # What is stiff may decay within far less way than the model has a step for.
     smallest_part = 1e-9 if settings.integrator in ROSENBROCK_METHODS else 1e-6
+    objects = packed.triangle_count or packed.sphere_count
     model_files, model_flags = model.shader_files(), model.flags() | ({"FAR_SIDE"} if model.has_far_side else set())
     if math.isinf(model.last_parameter()):
         model_files = (*model_files, "models/endless")
@@ -329,11 +341,14 @@ def make_request(
         model_files = (*model.borders().files, model.capture_file(), *model_files)
     return Request(
         settings=settings,
-        camera=camera_file or scene.camera.kind.lower(),
-        model=ModelShader(model_files, model_flags, model.generated(), model.textures()),
+        camera=kind,
+        model=ModelShader(
+            model_files, model_flags, model.generated(), model.textures(), {} if objects else model.files_of_long_rays()
+        ),
         integrator=integrator_shader(
             integrator_for(model, settings), settings.pipeline == "fused" or settings.step_control == "embedded"
         ),
+        errors="errors/orbit" if orbit else "errors/grown",
         advance=model.borders().advance,
         observer=observer,
         packed=packed,
@@ -343,9 +358,9 @@ def make_request(
         smallest_step=0.0 if orbit else smallest_part * min(step, model.default_step()),
         escape_radius=radius,
         bends_within=model.bends_within,
-        inner_radius=min(radius, max(model.flat_radius(), 1.01 * packed.bounds_radius)),
+        inner_radius=inner_radius,
         outputs=outputs,
-        rays=rays,
+        rays=rays and tuple(_folded(part, *reversed(scene.camera.size)) for part in rays),
         flat_frame=not model.has_static_frame and (observer == "moving" or "frequency" in outputs),
         far_sky=far_sky,
         straight=not model.curved,
@@ -563,17 +578,17 @@ def _column_major(matrix: np.ndarray) -> tuple[float, ...]:
 
 
 def _rays(positions, directions) -> tuple[np.ndarray, np.ndarray]:
-    positions, directions = np.asarray(positions, np.float32), np.asarray(directions, np.float32)
+    positions, directions = np.asarray(positions, np.float64), np.asarray(directions, np.float64)
     for name, rays in (("positions", positions), ("directions", directions)):
         if rays.ndim != 2 or rays.shape[1] != 3:
             raise ValueError(f"'{name}' has the shape {rays.shape}, but needs (n, 3). Reshape it.")
-        if not np.isfinite(rays).all():
+        if not np.isfinite(rays.astype(np.float32)).all():
             raise ValueError(f"'{name}' holds values that are not finite. Remove these rays.")
     if len(positions) != len(directions):
         raise ValueError(
             f"There are {len(positions)} positions but {len(directions)} directions. Give as many of both."
         )
-    if len(directions) and not np.linalg.norm(directions, axis=1).min() > 0:
+    if len(directions) and not np.linalg.norm(directions.astype(np.float32), axis=1).min() > 0:
         raise ValueError("A direction is zero. Remove this ray.")
     return positions, directions
 

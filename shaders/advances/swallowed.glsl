@@ -16,7 +16,8 @@ RayState advanced(RayState s, float h) {
     float t = 0.0;
     for (int i = 0; i < ROUNDS; ++i) {
         vec4 edge = border(s.x + t * along);
-        t = clamp(t - edge.w / min(dot(edge.xyz, along), -1e-30), 0.0, 1.0);
+        float closing = -dot(edge.xyz, along);
+        if (closing > 0.0) t = clamp(t + edge.w / closing, 0.0, 1.0);
     }
     vec3 x = s.x + t * along;
     vec4 edge = border(x);

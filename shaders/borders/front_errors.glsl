@@ -6,9 +6,13 @@
 bool settles();               // whether |v| is set to n when the ray leaves the held region
 vec3 front_direction(vec3 x);  // across it, of any length
 float front_thickness();       // in parts of its radius
+float front_width();           // model lengths
 
-float error_weight(RayState s) {
+const float SHORT_ENOUGH = 0.0625;  // of its width: a step that stands whatever its estimate, which is float32's noise
+
+float error_weight(RayState s, float h) {
     if (!settles()) return 1.0;
+    if (h * length(s.v) <= SHORT_ENOUGH * front_width()) return 0.0;
     vec3 normal = front_direction(s.x);
     float across = dot(normal, s.v);
     float squared_cosine = across * across / max(dot(normal, normal) * dot(s.v, s.v), 1e-30);

@@ -26,7 +26,7 @@ float gap_closes(vec2 gap, vec2 gap_after, float h) {
     float change = gap_after.x - gap.x;
     float second = 3.0 * change - 2.0 * slopes.x - slopes.y;
     float third = slopes.x + slopes.y - 2.0 * change;
-    float t = clamp(gap.x / min(-change, -1e-37), 0.0, 1.0);
+    float t = clamp(gap.x / max(-change, 1e-37), 0.0, 1.0);
     for (int i = 0; i < 3; ++i) {
         float value = gap.x + t * (slopes.x + t * (second + t * third));
         float slope = slopes.x + t * (2.0 * second + 3.0 * t * third);

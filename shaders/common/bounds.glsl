@@ -20,3 +20,9 @@ bool outside(RayState s) {
 float bounding_radius() {
     return u_escape_radius;
 }
+
+// Gradient and value of a function that is positive within the sphere; a ray that has come to where it is 0 is outside.
+vec4 bounds(vec3 x) {
+    float r = length(x);
+    return vec4(-x / max(r, 1e-30), 1.000002 * u_escape_radius - r);
+}

@@ -13,6 +13,7 @@ bool finite(float a) {
     return size_bits(a) < TOO_LARGE;
 }
 
+// Whether a is three numbers that float32 can square, and so are their squares' sums.
 bool finite(vec3 a) {
     return finite(dot(a, a));
 }

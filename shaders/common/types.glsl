@@ -19,7 +19,7 @@ struct Ray {             // on its way
     float tau;
     float h;             // the next step to try
     float demand;        // of the last step: embedded step control
-    float error;         // the steps' estimates, summed, radians
+    float error;         // of its direction, radians, as far as the steps' estimates say
     float status;
     int taken;           // steps, those that did not stand included
     float rejected;      // steps that did not stand

@@ -34,6 +34,10 @@ float front_thickness() {
     return u_thickness;
 }
 
+float front_width() {
+    return u_thickness * u_radius;
+}
+
 vec3 front_direction(vec3 x) {
     return x;
 }

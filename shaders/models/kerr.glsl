@@ -113,10 +113,6 @@ vec3 border_heart(vec3 x) {
     return vec3(0.0);
 }
 
-bool absorbed(RayState s) {
-    return kerr_schild(s.x).r <= ABSORBING * horizon();
-}
-
 // A quarter of r: a ray that falls in meets the horizon's inside before the ring. Without a mass there is nothing to meet.
 float longest_step(RayState s) {
     KerrSchild k = kerr_schild(s.x);
@@ -126,16 +122,18 @@ float longest_step(RayState s) {
 
 // Conserved: E, L_z, and the root of Carter's K = Q + (L_z - a E)^2 = p_theta^2 + (L_z / sin theta - a E sin theta)^2, which
 // is a length as L_z is. On the axis any direction serves as the one away from it.
-vec4 invariants(RayState s) {
-    KerrSchild k = kerr_schild(s.x);
-    float e = energy(s);
+vec3 constants(KerrSchild k, RayState s, float e) {
     float off_axis = length(s.x.xy);
     vec2 away = off_axis > 0.0 ? s.x.xy / off_axis : vec2(1.0, 0.0);
     float reach = sqrt(k.r * k.r + k.a * k.a);
     float sine = off_axis / reach;
     float p_theta = reach * k.c * dot(away, s.v.xy) - k.r * sine * s.v.z;
     float p_around = reach * (away.x * s.v.y - away.y * s.v.x);
-    return vec4(e, s.x.x * s.v.y - s.x.y * s.v.x, length(vec2(p_theta, p_around - k.a * e * sine)), 0.0);
+    return vec3(e, s.x.x * s.v.y - s.x.y * s.v.x, length(vec2(p_theta, p_around - k.a * e * sine)));
+}
+
+vec4 invariants(RayState s) {
+    return vec4(constants(kerr_schild(s.x), s, energy(s)), 0.0);
 }
 
 // An observer at rest measures g_ij - g_ti g_tj / g_tt = delta_ij + F / (1 - F) l_i l_j. Its square root turns chart

@@ -6,6 +6,14 @@ vec3 chart_direction(vec3 x, vec3 direction) {
     return direction;
 }
 
+vec3 chart_vector(vec3 x, vec3 direction) {
+    return direction;
+}
+
+vec3 change_at_rest(vec3 towards, vec3 off) {
+    return off;
+}
+
 RayState first_state(vec3 x, vec3 direction) {
     return initial_state(x, direction);
 }

@@ -8,6 +8,15 @@ vec3 chart_direction(vec3 x, vec3 direction) {
     return ray_direction(falling_state(x, direction));
 }
 
+vec3 chart_vector(vec3 x, vec3 direction) {
+    return length(direction) * rhs(falling_state(x, normalize(direction))).x;
+}
+
+// What he moves with is far away a 4 M / r, and almost along x: the moment of the directions does not see it.
+vec3 change_at_rest(vec3 towards, vec3 off) {
+    return off;
+}
+
 // Scaled as every other first state is: to |dx/dlambda| = 1.
 RayState first_state(vec3 x, vec3 direction) {
     RayState s = falling_state(x, direction);

@@ -15,14 +15,29 @@ float lorentz_factor() {
     return inversesqrt(1.0 - dot(u_observer_velocity, u_observer_velocity));
 }
 
-vec3 direction_at_rest(vec3 direction) {
+// omega n of a direction of any length; linear in both.
+vec3 boosted(vec3 direction, float size) {
     float gamma = lorentz_factor();
     float ahead = dot(u_observer_velocity, direction);
-    return normalize(direction + (gamma * gamma / (gamma + 1.0) * ahead - gamma) * u_observer_velocity);
+    return direction + (gamma * gamma / (gamma + 1.0) * ahead - gamma * size) * u_observer_velocity;
+}
+
+vec3 direction_at_rest(vec3 direction) {
+    return normalize(boosted(direction, 1.0));
 }
 
 vec3 chart_direction(vec3 x, vec3 direction) {
     return normalize(static_frame(x, direction_at_rest(direction)));
+}
+
+vec3 chart_vector(vec3 x, vec3 direction) {
+    return static_frame(x, boosted(direction, length(direction)));
+}
+
+// |towards + off| - |towards| without the difference of two nearly equal lengths.
+vec3 change_at_rest(vec3 towards, vec3 off) {
+    float longer = dot(off, 2.0 * towards + off) / (length(towards + off) + length(towards));
+    return boosted(off, longer);
 }
 
 RayState first_state(vec3 x, vec3 direction) {

@@ -10,7 +10,7 @@
 // draw (RESUMED).
 
 void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);  // where and which way pixel looks
-RayState ray_start(vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
+RayState ray_start(vec2 pixel, vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere, if outside it
 vec3 ray_direction(RayState s);
 #ifndef STRAIGHT
 RayState rhs(RayState s);  // d/dtau of the state
@@ -49,6 +49,9 @@ float first_near(Curve piece, vec3 off, inout float room);
 #endif
 #else
 uniform float u_escape_radius;
+float bounding_radius() {
+    return u_escape_radius;
+}
 #endif
 #ifdef GEOMETRY
 #ifdef CURVES
@@ -71,7 +74,6 @@ float angular_error(RayState before, RayState after, vec3 dx, vec3 dv);
 bool stalls(RayState s, float h);
 #endif
 #ifdef DRIFT
-RayState first_state(vec3 x, vec3 direction);
 vec4 invariants(RayState s);  // what the model conserves
 #endif
 #ifdef FREQUENCY
@@ -110,6 +112,7 @@ void complete_sphere_hit(Segment segment, inout Hit hit);
 
 #ifndef STRAIGHT
 uniform int u_draw_steps;  // of a ray in this draw
+uniform int u_pause;       // steps after which a ray waits for whether it may go on
 #endif
 #ifdef RESUMED
 uniform sampler2D u_ray;  // the outputs of the last draw, side by side: x, v, more and, where it is asked for, rejected
@@ -217,10 +220,11 @@ void main() {
 #else
     vec2 pixel = gl_FragCoord.xy;
 #endif
-    camera_ray(pixel + u_pixel_offset, origin, direction);
+    pixel += u_pixel_offset;
+    camera_ray(pixel, origin, direction);
     float tau;
 #ifdef STRAIGHT
-    RayState s = ray_start(origin, direction, u_escape_radius, tau);
+    RayState s = ray_start(pixel, origin, direction, bounding_radius(), tau);
     float way = u_step;
     float status = ESCAPED;
 #ifdef GEOMETRY
@@ -237,7 +241,7 @@ void main() {
 #else
 #ifdef ORBIT
     float tau_before;
-    RayState start = ray_start(origin, direction, bounding_radius(), tau_before);
+    RayState start = ray_start(pixel, origin, direction, bounding_radius(), tau_before);
 #endif
     Ray ray;
     ray.rejected = 0.0;
@@ -257,13 +261,14 @@ void main() {
 #endif
     hold(ray.state.x);
     ray.rate = rhs(ray.state);
-    ray.status = v.w == RUNNING ? RUNNING : NOT_FINITE;  // one that is at its end is here for its quad's sake only
+    ray.status = ray.taken < u_max_steps ? RUNNING : STEP_LIMIT;
+    if (v.w != RUNNING) ray.status = NOT_FINITE;  // one that is at its end is here for its quad's sake only
 #else
 #ifdef ORBIT
     ray.state = orbit_state(start);
     ray.tau = 0.0;
 #else
-    ray.state = ray_start(origin, direction, bounding_radius(), ray.tau);
+    ray.state = ray_start(pixel, origin, direction, bounding_radius(), ray.tau);
 #endif
     hold(ray.state.x);
     ray.rate = rhs(ray.state);
@@ -283,7 +288,7 @@ void main() {
     ray.border_ahead = NO_BORDER_AHEAD;
     ray.at_border = false;
     ray.is_captured = captured(ray.state);
-    int draw_end = ray.taken + u_draw_steps;
+    int draw_end = min(ray.taken + u_draw_steps, u_pause);
 #ifdef CURVES
     Hit hit;
     Segment line = Segment(ray.state.x, ray.state.x);  // where the ray hits: from there on along it
@@ -491,7 +496,8 @@ void main() {
 #ifdef TALLY
     float drift = 0.0;
 #ifdef DRIFT
-    vec4 first = invariants(first_state(origin, direction));
+    float to_first;
+    vec4 first = invariants(ray_start(pixel, origin, direction, bounding_radius(), to_first));
     vec4 change = abs(invariants(end) - first);
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))

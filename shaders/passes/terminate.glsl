@@ -15,7 +15,8 @@ void camera_ray(vec2 pixel, out vec3 origin, out vec3 direction);
 uniform vec2 u_pixel_offset;
 #endif
 #ifdef DRIFT
-RayState first_state(vec3 x, vec3 direction);
+float bounding_radius();
+RayState ray_start(vec2 pixel, vec3 origin, vec3 direction, float radius, out float tau);  // at the bounding sphere
 vec4 invariants(RayState s);  // what the model conserves
 #endif
 #ifdef FREQUENCY
@@ -75,8 +76,8 @@ void main() {
     vec2 found = texelFetch(u_depth, pixel, 0).xy;
     float depth = found.x;
     if (depth < NO_HIT) {
-        status = HIT;
         x = mix(before, x, found.y);
+        status = absorbed(RayState(x.xyz, v.xyz)) ? ABSORBED : HIT;  // a long chord may go through a horizon
     }
 #else
     float depth = u_segment + 1.0;
@@ -101,7 +102,8 @@ void main() {
 #endif
 #ifdef FROM_START
     vec3 origin, direction;
-    camera_ray(gl_FragCoord.xy + u_pixel_offset, origin, direction);
+    vec2 place = gl_FragCoord.xy + u_pixel_offset;
+    camera_ray(place, origin, direction);
 #endif
 #ifdef FREQUENCY
     float shift = status == ABSORBED || status == NOT_FINITE ? 0.0 : frequency_shift(origin, direction);
@@ -119,7 +121,8 @@ void main() {
     vec2 effort = vec2(0.0, u_steps_taken);
 #endif
 #ifdef DRIFT
-    vec4 first = invariants(first_state(origin, direction));
+    float to_first;
+    vec4 first = invariants(ray_start(place, origin, direction, bounding_radius(), to_first));
     vec4 change = abs(invariants(s) - first);
     vec4 size = abs(first);
     drift = max(max(change.x, change.y), max(change.z, change.w))

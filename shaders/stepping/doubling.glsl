@@ -5,7 +5,8 @@ float time_left(float tau);      // until the model ends a ray that has met noth
 vec2 border_gap(RayState s, RayState rate);  // how far the border of the region is, and how fast that changes
 bool finds_border(vec2 gap, vec2 gap_after, RayState after, RayState rate, float h, out float beyond);  // the end of a step
 void move_back(inout RayState after, RayState first, inout RayState last, float beyond, float h);
-float error_weight(RayState s);  // what an error of a step from s counts
+float error_weight(RayState s, float h);  // what an error of a step from s counts
+void add_error(inout Ray ray, RayState after, float error);  // of a step that stands
 float longest_step(RayState s);         // so that no step can jump over what the model has at its centre
 bool absorbed(RayState s);
 bool accepted(float error);             // whether the steps stand
@@ -33,7 +34,7 @@ void take_step(inout Ray ray) {
     // Where both results lie in the absorbing region, how far they got in it means nothing.
     bool both_absorbed = absorbed(whole) && absorbed(halves);
     float error = both_absorbed ? 0.0 : angular_error(ray.state, halves, whole.x - halves.x, whole.v - halves.v);
-    error *= error_weight(ray.state);
+    error *= error_weight(ray.state, n * h);
     bool stands = finite(halves.x) && finite(halves.v) && accepted(error);
     float next = stands ? next_step(h, error) : 0.5 * h;
     bool too_small = next <= h && (!stands && next < u_smallest_step || stalls(ray.state, next));
@@ -55,11 +56,11 @@ void take_step(inout Ray ray) {
         too_small = false;
     }
     if (stands) {
+        add_error(ray, halves, error);
         ray.state = halves;
         ray.rate = rate_after;
         ray.gap = gap;
         ray.tau += went;
-        ray.error += error;
     } else {
         ray.rejected += 3.0 * n;
     }

@@ -6,7 +6,8 @@ float time_left(float tau);      // until the model ends a ray that has met noth
 vec2 border_gap(RayState s, RayState rate);  // how far the border of the region is, and how fast that changes
 bool finds_border(vec2 gap, vec2 gap_after, RayState after, RayState rate, float h, out float beyond);  // the end of a step
 void move_back(inout RayState after, RayState first, inout RayState last, float beyond, float h);
-float error_weight(RayState s);  // what an error of a step from s counts
+float error_weight(RayState s, float h);  // what an error of a step from s counts
+void add_error(inout Ray ray, RayState after, float error);  // of a step that stands
 float longest_step(RayState s);  // so that no step can jump over what the model has at its centre
 float chord_excess(RayState a, RayState b, float tau);  // how far the step strays from its chord, of what is allowed
 bool accepted(float error);      // whether a step stands
@@ -29,7 +30,7 @@ void take_step(inout Ray ray) {
     ++ray.taken;
     RayState rate_after;
     Step attempt = advance_from(ray.state, ray.rate, h, rate_after);
-    float error = error_weight(ray.state) * attempt.error;
+    float error = error_weight(ray.state, h) * attempt.error;
     bool is_state = finite(attempt.state.x) && finite(attempt.state.v);
     float demand = ray.demand;
     float next = adapted_step(h, is_state ? error : INFINITE, demand);
@@ -57,11 +58,11 @@ void take_step(inout Ray ray) {
         too_small = false;
     }
     if (stands) {
+        add_error(ray, attempt.state, error);
         ray.state = attempt.state;
         ray.rate = rate_after;
         ray.gap = gap;
         ray.tau += h;
-        ray.error += error;
     } else {
         ++ray.rejected;
     }

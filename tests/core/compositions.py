@@ -80,6 +80,7 @@ def methods(model: Model) -> Iterator[tuple[str, str]]:
                 yield integrator, control
 
 
+ONE_RAY = np.array([[0.0, -20.0, 1.0]]), np.array([[0.0, 1.0, 0.0]])
 PARTS = tuple(itertools.product(OBJECTS, IMAGES, LIGHTS, SKIES, FAR_SKIES, (False, True), (1, 4)))
 
 
@@ -105,7 +106,7 @@ def request_for(model: Model, pipeline: str, parts: tuple, outputs, kind="PERSPE
     more = {"filter_textures": filters, "edge_samples": edge_samples} if pipeline == "fused" else {}
     settings = Settings(pipeline=pipeline, **(more | chosen))
     packed = packed_scene(model.curved, objects, images, lights, pipeline, filters)
-    given = {"camera_file": "given", "rays": ()} if "rejected" in outputs or outputs == RAYS[0] else {}
+    given = {"rays": ONE_RAY} if "rejected" in outputs or outputs == RAYS[0] else {}
     return make_request(scene, settings, packed, camera_uniforms(scene), frozenset(outputs), 10.0, **given)
 
 
@@ -118,7 +119,8 @@ def programs(request: Request) -> list[Choice]:
         first = fused._choose_program()
         if request.straight:
             return [first]
-        return [first, replace(first, flags=first.flags | {"RESUMED", "QUAD_LIST"})]
+        files = tuple(request.model.of_long_rays.get(file, file) for file in first.files)
+        return [first, replace(first, files=files, flags=first.flags | {"RESUMED", "QUAD_LIST"})]
     paper = object.__new__(PaperPipeline)
     paper.request, paper.settings, paper.doubling = request, settings, settings.step_control == "doubling"
     paper._choose_programs()

@@ -16,7 +16,7 @@ FLOORS = (
     "core.scene core.status core.antialiasing core.environment_cube core.expressions core.strips core.bvh_nodes "
     "core.clear_cells core.empty_space",
     "core.models core.tableaus core.rosenbrock core.nystrom core.dop853 core.settings core.bvh core.textures",
-    "core.frame core.compose",
+    "core.frame core.compose core.observers core.aim",
     "core.device",
     "core.pipelines",
     "core.memory",

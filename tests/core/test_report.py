@@ -126,16 +126,21 @@ def test_an_estimate_is_exceeded_only_beyond_float32s_rounding():
 
 
 def test_estimates_are_those_of_the_products_own_method():
-    """At the tolerance next to its own, a record a case; the magnification is that of a rounding."""
+    """At the tolerances next to the default and to 1e-5, records of each case; the magnification is a rounding's."""
     kind = {"model": "lorenz", "pipeline": "fused", "integrator": "dormand_prince_54", "step_control": "embedded"}
-    figures = {"estimate_exceeded_percent": 5.0, "estimate_factor_p99": 2.0, "rounding_px": 3.0}
+    figures = {
+        "estimate_exceeded_percent": 5.0,
+        "estimate_factor_p99": 2.0,
+        "estimate_over_median": 9.0,
+        "rounding_px": 3.0,
+    }
     rows = [row(1.0, 1.0, **(kind | figures | {"case": case, "value": v})) for case in "ab" for v in (1e-3, 3e-5, 1e-5)]
     rows.append(row(1.0, 1.0, case="a", pipeline="paper"))
     found = estimates.of_every_case(rows, {"a": 1e-3, "b": 2e-3})
-    assert [(each["case"], each["tolerance"]) for each in found] == [("a", 3e-5), ("b", 3e-5)]
+    assert [(each["case"], each["tolerance"]) for each in found] == [(case, t) for case in "ab" for t in (3e-5, 1e-5)]
     better = row(1.0, 1.0, **(kind | figures | {"integrator": "nystrom_64", "case": "a", "value": 1e-4}))
     assert estimates.of_every_case([*rows, better], {"a": 1e-3, "b": 2e-3})[0]["integrator"] == "nystrom_64"
-    assert found[1]["magnification_p99"] == pytest.approx(3.0 * 2e-3 * 2.0**24 / 0.425)
+    assert found[2]["magnification_p99"] == pytest.approx(3.0 * 2e-3 * 2.0**24 / 0.425)
 
 
 def test_front_and_recommendation():

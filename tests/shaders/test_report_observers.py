@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from addon.core.models import MODELS
+from addon.core.observers import chart_directions
 from addon.core.reference import true_ends
 from addon.core.report.cases import of_scene
-from addon.core.report.observers import chart_directions
 from addon.core.report.work_precision import precision
 from addon.core.scene import Placement, Scene
 from addon.core.settings import Settings

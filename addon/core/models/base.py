@@ -152,6 +152,12 @@ class Model:
         """Files of shaders/ that define the model's functions."""
         return (f"models/{self.name}",)
 
+    def files_of_long_rays(self) -> dict[str, str]:
+        """What replaces some of these files for rays that have taken many steps, where there are no objects to meet: a
+        look ahead, whether they are certain to be absorbed, is worth its time then.
+        """
+        return {}
+
     def flags(self) -> frozenset[str]:
         """Names for #ifdef in these files."""
         return frozenset()

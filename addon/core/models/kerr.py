@@ -124,6 +124,12 @@ class Kerr(Model):
     def borders(self) -> Borders:
         return SWALLOWING
 
+    def shader_files(self) -> tuple[str, ...]:
+        return ("models/kerr", "models/kerr_horizon")
+
+    def files_of_long_rays(self) -> dict[str, str]:
+        return {"models/kerr_horizon": "models/kerr_capture"}
+
     def default_step(self) -> float:
         return 0.05 * self.mass if self.mass > 0 else 1.0
 

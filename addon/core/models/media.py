@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from .base import Model, ParameterError
-from .borders import FRONT, NO_BORDERS, RIM, SWALLOWING, Borders
+from .borders import FRONT, LEAVING, NO_BORDERS, RIM, SWALLOWING, Borders
 from .noise import noise
 
 BEYOND_BORDER = 1.01  # a ray has crossed a ball's border before it leaves the bounding sphere
@@ -206,6 +206,7 @@ class Mirage(Medium):
     description = "Air over hot ground at z = 0: far ahead, the ground mirrors the sky"
     parameters = ("mirage_a", "mirage_b", "mirage_c")
     straight_far_out = False
+    borders = LEAVING
     symmetry = "LAYERED"
 
     def field(self, x):
@@ -286,6 +287,7 @@ class Linear(Medium):
     description = "The square of the index grows with height z: rays are parabolas"
     parameters = ("index", "gradient")
     straight_far_out = False
+    borders = LEAVING
     symmetry = "LAYERED"
 
     def field(self, x):

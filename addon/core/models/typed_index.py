@@ -6,7 +6,7 @@ import numpy as np
 
 from ..expressions import GLSL_FILE, Expression, ExpressionError, named, number, parse, simplified
 from .base import ParameterError
-from .borders import JUMP, NO_BORDERS, Borders
+from .borders import JUMP, LEAVING, Borders
 from .media import Medium
 
 NAMES = ("x", "y", "z", "r", "t")
@@ -60,8 +60,8 @@ class Typed(Medium):
 
     @property
     def borders(self) -> Borders:
-        """Where the formula jumps, which only its parts step, sign and floor do."""
-        return JUMP if self.index.jumps() else NO_BORDERS
+        """Where the formula jumps, which only its parts step, sign and floor do; and where rays leave it."""
+        return JUMP if self.index.jumps() else LEAVING
 
     def generated(self) -> tuple[tuple[str, str], ...]:
         """typed_index(): the gradient of n, and n. Where the formula jumps, each of its jumps has the value that is
@@ -111,7 +111,7 @@ def _gaps(jump: Expression, held: str) -> list[tuple[str, Expression]]:
 
 
 def _borders(holds: list[str], gaps: list[tuple[str, Expression]]) -> str:
-    """hold() and border() of shaders/borders: the jump that is nearest, as a distance."""
+    """hold() and border() of shaders/borders: the nearest jump, or the bounding sphere, as a distance."""
     tests = "".join(
         f"    nearest = nearer_jump(nearest, {sign} * vec4({_gradient(gap)}, {gap.glsl(RENAMED)}));\n"
         for sign, gap in gaps
@@ -129,11 +129,13 @@ vec4 nearer_jump(vec4 a, vec4 b) {{
     return b.w < a.w ? b : a;
 }}
 
+vec4 bounds(vec3 x);
+
 vec4 border(vec3 p) {{
     float r = length(p);
     float t = u_time;
     vec3 outward = p / max(r, 1e-30);
-    vec4 nearest = vec4(0.0, 0.0, 0.0, 1e30);
+    vec4 nearest = bounds(p);
 {tests}    return nearest;
 }}
 

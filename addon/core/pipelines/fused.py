@@ -18,7 +18,7 @@ from ..compose import Choice
 from ..device import BYTES, Device
 from ..status import Status
 from .paper import CLIPPED_HALF, MARKER
-from .tile import Request, Stopwatch, TileEnds, shading_choice
+from .tile import GIVEN_RAYS, Request, Stopwatch, TileEnds, shading_choice
 
 SHORTEST_DRAW, LONGEST_DRAW = 0.025, 0.06  # seconds a draw is to take: a display that shares the device must not wait
 # Of a ray's tolerance, what the curve that meets the objects may be away from it. Measured: pixels of the samples that
@@ -31,6 +31,9 @@ THICKNESS = 0.2
 HALVES = ("u_image_texels", "u_image_mips")  # textures of half floats
 SMALLEST_TILE, FIRST_TILE, LARGEST_TILE = 16, 32, 512  # pixels a side
 STEPS_A_DRAW = 512  # of a ray; the same for every draw, so that a picture does not depend on how long draws take
+# Of a block of pixels, a side and the rays that may take long. Tiles hold whole blocks: their own sizes are a matter of
+# time, on which a picture must not depend.
+BLOCK, FEW = 16, 32
 QUADS_A_ROW = 256  # rays that are taken up again are drawn as 2 x 2 quads in a picture of this width
 
 
@@ -53,6 +56,7 @@ class FusedPipeline:
         # What the program's last frame has learned, but less: another setting may have made its rays slower.
         columns, rows = device.tile_sizes.get(self.choice, (FIRST_TILE, 2 * FIRST_TILE))
         self._tile = columns, max(rows // 2, SMALLEST_TILE)
+        self.prolonged = (0, 0)  # how many rays took more steps than others may, and how many at most
         self._target_size = (0, 0)
 
     # What the scene needs
@@ -60,7 +64,8 @@ class FusedPipeline:
     def _choose_program(self) -> Choice:
         request, packed, settings = self.request, self.request.packed, self.settings
         model, asked = request.model, request.outputs
-        files = ["common/ray_start", f"camera/{request.camera}", f"observers/{request.observer}", *model.files]
+        files = ["common/ray_start", f"camera/{request.camera}", f"camera/moment_{request.camera}"]
+        files += [f"observers/{request.observer}", *model.files]
         generated = model.generated
         flags = set(model.flags)
         if request.flat_frame:
@@ -71,7 +76,10 @@ class FusedPipeline:
             files += ["common/bounds", *request.integrator.files, f"stepping/{settings.step_control}"]
             generated += request.integrator.generated
             if settings.step_control != "constant":
-                files.append(f"step_control/{settings.step_control}")
+                files += [
+                    f"step_control/{settings.step_control}",
+                    request.errors if "error" in asked else "errors/none",
+                ]
                 if "rejected" in asked:
                     flags.add("REJECTED")
             if settings.step_control == "embedded":
@@ -143,7 +151,7 @@ class FusedPipeline:
             volume = data.ndim == 4
             self.textures[name] = device.volume(data, kind) if volume else device.texture(data.shape[1::-1], data, kind)
             self.uploaded_bytes += data.size * BYTES[kind]
-        given = zip(("u_given_origins", "u_given_directions"), request.rays or (), strict=False)
+        given = zip(GIVEN_RAYS, request.rays or (), strict=False)
         for name, data in given:
             self.textures[name] = device.texture((data.shape[1], data.shape[0]), data)
             self.uploaded_bytes += data.nbytes
@@ -243,20 +251,33 @@ class FusedPipeline:
     def _go_on(self, parts: dict, corners: np.ndarray | None, values: dict, report, stopped) -> dict | None:
         """parts (output name -> (rows, columns, 4)) with the rays that were not at their end drawn until they are.
         None where stopped() said so.  corners : as trace() has it
+
+        Where few rays reach the step limit, it is doubled for them, until they take max_steps: near a photon orbit they
+        wind around, the more often the nearer they are to it. Many rays mean that the limit is too low, or meant.
         """
         rows, columns = parts["v"].shape[:2]
         even = (0, rows % 2), (0, columns % 2), (0, 0)
         quads = {name: _in_quads(np.pad(part, even, "edge")) for name, part in parts.items()}
-        if corners is None:
+        picked = corners is not None
+        if not picked:
             corners = _corners(columns + columns % 2, rows + rows % 2)
         corners = corners.reshape(-1, 2)
-        choice = replace(self.choice, flags=self.choice.flags | {"RESUMED", "QUAD_LIST"})
+        files = tuple(self.request.model.of_long_rays.get(file, file) for file in self.choice.files)
+        choice = replace(self.choice, files=files, flags=self.choice.flags | {"RESUMED", "QUAD_LIST"})
         names = ("x", "v", "more", "rejected") if "REJECTED" in choice.flags else ("x", "v", "more")
         rays = None
         while (running := quads["v"][..., 3] == Status.RUNNING).any():
             if stopped():
                 return None
-            report(float(quads["more"][running][:, 3].min()) / values["u_max_steps"])
+            taken = int(quads["more"][running][:, 3].min())
+            report(taken / values["u_pause"])
+            limits = {}
+            if taken >= values["u_pause"]:
+                many = running & ~(picked | _few(running, corners))[:, None, None]
+                if many.any():
+                    running, limits = many, {"u_max_steps": values["u_pause"]}
+                else:
+                    self._prolong(values, int(running.sum()))
             needed = np.flatnonzero(running.any(axis=(1, 2)))
             wide = min(len(needed), QUADS_A_ROW)
             high = math.ceil(len(needed) / wide)
@@ -270,11 +291,25 @@ class FusedPipeline:
                 rays.write(side_by_side.tobytes(), (0, 0, len(names) * 2 * wide, 2 * high))
                 table_of_quads.write(corners[listed].astype(np.float32).tobytes(), (0, 0, wide, high))
                 textures = self.textures | {"u_ray": rays, "u_quads": table_of_quads}
-                self._draw(choice, (2 * wide, 2 * high), textures, values)
+                self._draw(choice, (2 * wide, 2 * high), textures, values | limits)
             for name, part in self._read(2 * wide, 2 * high, state=True).items():
                 new = _in_quads(part)[: len(needed)]
                 quads[name][needed] = np.where(running[needed][..., None], new, quads[name][needed])
         return {name: _as_picture(part, (columns + 1) // 2)[:rows, :columns] for name, part in quads.items()}
+
+    def _prolongs(self) -> bool:
+        """Whether the step limit is there to end rays that never would. Constant steps up to it are a length of the
+        user's choice, and so is a limit that one draw reaches.
+        """
+        return self.settings.step_control != "constant" and self.settings.step_limit > STEPS_A_DRAW
+
+    def _prolong(self, values: dict, rays: int) -> None:
+        """Let some rays take twice as many steps."""
+        count, most = self.prolonged
+        if values["u_pause"] == self.settings.step_limit:
+            count += rays
+        values["u_pause"] = min(2 * values["u_pause"], values["u_max_steps"])
+        self.prolonged = count, max(most, values["u_pause"])
 
     def _quad_list(self, columns: int, rows: int, corners: np.ndarray | None):
         """A texture of the corners of the quads to draw; by default those of a tile, from its own corner on."""
@@ -292,7 +327,8 @@ class FusedPipeline:
             "u_smallest_step": request.smallest_step,
             "u_first_reach": FIRST_REACH * request.escape_radius if settings.step is None else 0.0,
             "u_steps": settings.steps_per_segment,
-            "u_max_steps": settings.step_limit,
+            "u_pause": settings.step_limit,
+            "u_max_steps": settings.max_steps if self._prolongs() else settings.step_limit,
             "u_draw_steps": STEPS_A_DRAW,
             "u_tolerance": tolerance,
             "u_chord_tolerance": settings.chord_tolerance or CURVE_SHARE * settings.tolerance,
@@ -319,6 +355,12 @@ class FusedPipeline:
 def _corners(columns: int, rows: int) -> np.ndarray:
     """(rows / 2, columns / 2, 2): column and row of the lower left pixel of every 2 x 2 quad of a tile."""
     return np.stack(np.meshgrid(np.arange(0, columns, 2), np.arange(0, rows, 2)), axis=-1)
+
+
+def _few(running: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """bool, (n,): whether few rays of the block around a quad are running.  running : (n, 2, 2);  corners : (n, 2)"""
+    _, block = np.unique(corners // BLOCK, axis=0, return_inverse=True)
+    return np.bincount(block.ravel(), running.sum(axis=(1, 2)))[block.ravel()] <= FEW
 
 
 def _in_quads(picture: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..compose import Choice
 from ..device import Device, read
-from .tile import Request, Stopwatch, TileEnds, shading_choice
+from .tile import GIVEN_RAYS, Request, Stopwatch, TileEnds, shading_choice
 
 FAR = 1.0e30  # depth where nothing was hit
 LONGEST_DRAW = 0.05  # seconds that one draw may take; display drivers kill draws of seconds
@@ -80,6 +80,8 @@ class Pair:
 class PaperPipeline:
     """Made once a frame, in the GPU's thread; trace() is called for every tile and sample."""
 
+    prolonged = (0, 0)  # rays that may take more steps: none, since every segment is drawn for all of them
+
     def __init__(self, device: Device, request: Request, tile: tuple[int, int], watch: Stopwatch):
         self.watch = watch
         self.device, self.request, self.settings = device, request, request.settings
@@ -130,7 +132,8 @@ class PaperPipeline:
             flags |= {"FREQUENCY", "FROM_START"}
         self.flags = frozenset(flags)
 
-        self.setup = self._with_model("passes/ray_setup", "common/ray_start", camera, *observer)
+        start = "common/ray_start", camera, f"camera/moment_{request.camera}", *observer
+        self.setup = self._with_model("passes/ray_setup", "common/bounds", *start)
         control = () if self.settings.step_control == "constant" else (f"step_control/{self.settings.step_control}",)
         if "CHORDS" in flags:
             control = (*control, "chords/sagitta")
@@ -138,11 +141,12 @@ class PaperPipeline:
         noted = set()
         if "EMBEDDED" in flags:  # step doubling writes down the effort in its own pass, after both integrations
             chords = ("chords/none",) if "CHORDS" not in flags else ()
-            inside, noted = ("stepping/embedded", *control, *chords), flags & {"EMBEDDED", "EFFORT"}
+            errors = request.errors if "error" in asked else "errors/none"
+            inside, noted = ("stepping/embedded", *control, *chords, errors), flags & {"EMBEDDED", "EFFORT"}
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
         self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT", "CHORDS"})
-        from_start = (camera, *observer) if "FROM_START" in flags else ()
+        from_start = start if "DRIFT" in flags else (camera, *observer) if "FROM_START" in flags else ()
         self.terminate = self._with_model("passes/terminate", "common/bounds", *from_start, flags=flags)
         self.cull = Choice("passes/cull")
         sky = "environment/cube" if request.cube is not None else "environment/constant"
@@ -199,7 +203,7 @@ class PaperPipeline:
         self.model_textures = {name: self._model_texture(data) for name, data in self.request.model.textures.items()}
         self.camera_textures = {}
         if self.request.rays is not None:
-            for name, data in zip(("u_given_origins", "u_given_directions"), self.request.rays, strict=True):
+            for name, data in zip(GIVEN_RAYS, self.request.rays, strict=True):
                 self.camera_textures[name] = self.device.texture((data.shape[1], data.shape[0]), data)
         skies = {"u_sky": self.request.cube, "u_far_sky": self.request.far_sky and self.request.far_sky.faces}
         self.sky_textures = {name: self.device.cube(faces) for name, faces in skies.items() if faces is not None}

@@ -13,6 +13,7 @@ from ..scene import Environment
 from ..settings import Settings
 from ..textures import Packed
 
+GIVEN_RAYS = ("u_given_origins", "u_given_directions", "u_given_moments")  # samplers of Request.rays
 ROUNDING_OF_A_STEP = 1e-7  # float32's, radians
 
 
@@ -34,13 +35,15 @@ class Stopwatch:
 @dataclass(frozen=True, eq=False)
 class ModelShader:
     """What a model adds to the programs: files of shaders/, flags for their #ifdef, printed functions, and textures,
-    (rows, columns, 4) for texelFetch or (depth, rows, columns, channels) for a volume.
+    (rows, columns, 4) for texelFetch or (depth, rows, columns, channels) for a volume.  of_long_rays : as
+    Model.files_of_long_rays() has it
     """
 
     files: tuple[str, ...]
     flags: frozenset[str] = frozenset()
     generated: tuple[tuple[str, str], ...] = ()
     textures: dict[str, np.ndarray] = field(default_factory=dict)
+    of_long_rays: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,8 @@ class IntegratorShader:
 class Request:
     """Everything a pipeline needs to make its programs, beside the settings.
 
-    camera          "perspective", "orthographic" or "given"
+    camera          "perspective", "orthographic" or "given": two files of camera/
+    errors          file of errors/: how the steps' errors add up
     advance         file of advances/: constant steps of the paper's pipeline
     observer        file of observers/
     flat_frame      whether observers/flat is needed, for a model without a frame at rest of its own
@@ -81,7 +85,7 @@ class Request:
     far_sky         the sky of the far side, where it has one of its own
     uniforms        all values: model, camera, observer, skies, ambient
     straight        nothing bends the rays: one step of first_step takes them through everything
-    rays            origins and directions, (rows, columns, 4) each, for the camera "given"
+    rays            origins, directions and moments, (rows, columns, 4) each, for the camera "given"
     first_step      h, model lengths
     smallest_step   below it an adapted step counts as a failure, model lengths
     escape_radius   of the bounding sphere, model lengths
@@ -93,6 +97,7 @@ class Request:
     camera: str
     model: ModelShader
     integrator: IntegratorShader
+    errors: str
     advance: str
     observer: str
     packed: Packed
@@ -104,7 +109,7 @@ class Request:
     inner_radius: float
     bends_within: float
     outputs: frozenset[str] = field(default_factory=frozenset)
-    rays: tuple[np.ndarray, np.ndarray] | None = None
+    rays: tuple[np.ndarray, ...] | None = None
     flat_frame: bool = False
     far_sky: Environment | None = None
     straight: bool = False

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..models import MODELS, Model
+from ..observers import chart_directions
 from ..reference import Truth, true_ends
 from ..scene import Camera, Scene
 from ..settings import Settings
-from .observers import chart_directions
 
 ACROSS = 1024  # pixels that a built-in case's picture is thought to have across: what a pixel of error is
 SEED = 20040901  # of the places within the strata

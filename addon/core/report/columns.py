@@ -44,6 +44,7 @@ ESTIMATE_COLUMNS = {
     "integrator": "integrator",
     "tolerance": "tolerance, rad",
     "estimate_exceeded_percent": "rays with truth > estimate, %",
+    "estimate_over_median": "estimate / truth, median",
     "estimate_factor_p99": "truth / estimate, 99 %",
     "magnification_p99": "the law magnifies small errors, times, 99 %",
 }

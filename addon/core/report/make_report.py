@@ -14,7 +14,7 @@ from .. import device as gpu
 from ..scene import Scene
 from ..settings import Settings
 from ..trace import check, integrator_for
-from . import ablation, error_map_section, estimates, precision_section, stability, stiff, users_scene
+from . import ablation, error_map_section, estimates, pictures, precision_section, stability, stiff, users_scene
 from .cases import QUICK as LEFT_OUT_IF_QUICK
 from .cases import Case, built_in, of_scene
 from .columns import ABLATION_COLUMNS, ESTIMATE_COLUMNS, HALF_COLUMNS, RECOMMENDED_COLUMNS, STIFF_COLUMNS
@@ -39,6 +39,7 @@ class Report:
     stiff: list[dict] = field(default_factory=list)
     error_maps: list[dict] = field(default_factory=list)
     estimates: list[dict] = field(default_factory=list)
+    pictures: list[dict] = field(default_factory=list)
     ablation: list[dict] = field(default_factory=list)
     half_floats: list[dict] = field(default_factory=list)
     recommended: list[dict] = field(default_factory=list)
@@ -53,6 +54,7 @@ def write(
     quick: bool = False,
     scene: Scene | None = None,
     settings: Settings | None = None,
+    samples: Mapping[str, tuple[Scene, Settings]] | None = None,
     versions: Mapping[str, str] | None = None,
     command: str = "make report",
     progress: Progress = lambda fraction, text: None,
@@ -61,6 +63,7 @@ def write(
     Raises SceneError, SettingsError at once where the user's scene cannot be rendered.
 
     scene, settings : the user's; None for all built-in models
+    samples : by name, scenes whose pictures are looked at beside the built-in models
     versions : name -> version, of what the caller runs in;  command : what repeats the report
     """
     effort = QUICK if quick else FULL
@@ -87,14 +90,16 @@ def write(
         for diagram in precision_section.write(page, effort, measured, objects=bool(scene))
     }
     told = _part(progress, 0.9, 1.0) if scene else _part(progress, 0.6, 0.7)
-    pictures = _error_maps(report, page, cases, quick, settings, told)
+    maps = _error_maps(report, page, cases, quick, settings, told)
     _estimates(report, page, cases)
+    seen = {cases[0].title: (scene, settings or MAPPED)} if scene else samples or {}
+    _pictures(report, page, seen, quick, told)
     if not scene:
         _ablation(report, page, effort, _part(progress, 0.7, 0.8))
         diagrams |= _stability(report, page, quick, _part(progress, 0.8, 0.95))
         _stiff(report, page, quick, _part(progress, 0.95, 1.0))
     progress(1.0, "Writing")
-    return save(Path(folder), page, report.environment, report.lists(), diagrams, pictures)
+    return save(Path(folder), page, report.environment, report.lists(), diagrams, maps)
 
 
 # The parts of the page
@@ -128,6 +133,15 @@ def _estimates(report: Report, page: Page, cases: Sequence[Case]) -> None:
     page.section("How well the Error pass tracks the truth")
     page.text(estimates.WHY)
     page.table(_labelled(report.estimates), ESTIMATE_COLUMNS)
+
+
+def _pictures(
+    report: Report, page: Page, seen: Mapping[str, tuple[Scene, Settings]], quick: bool, progress: Progress
+) -> None:
+    curved = {name: pair for name, pair in seen.items() if pair[0].model.curved}
+    report.pictures = pictures.wrong_pixels(curved, quick, progress)
+    if report.pictures:
+        pictures.write(page, report.pictures)
 
 
 def _users(

@@ -144,6 +144,7 @@ def precision(
         "failed_percent": 100.0 * float(found.failed.mean()),
         "estimate_exceeded_percent": 100.0 * float(found.exceeds[measured].mean()) if estimated else float("nan"),
         "estimate_factor_p99": float(np.percentile(found.factor[measured], 99)) if estimated else float("nan"),
+        "estimate_over_median": _over(found.factor[measured]) if estimated else float("nan"),
         "drift_max": float(drifting.max()) if len(drifting) else float("nan"),
         "steps_mean": float(ends.steps.mean()),
         "steps_max": int(ends.steps.max()),
@@ -174,6 +175,11 @@ def _measure_times(
     write_down()
 
 
+def _over(factor: np.ndarray) -> float:
+    """How many times the truth an estimate is, in the median. factor : (n,), the truth as multiples of it"""
+    return float(1.0 / max(np.median(factor), 1e-12))
+
+
 NO_PRECISION = dict.fromkeys(
     (
         *(f"error_{figure}_px{band}" for band in ("", "_outside_band") for figure in errors.FIGURES),
@@ -181,6 +187,7 @@ NO_PRECISION = dict.fromkeys(
         "failed_percent",
         "estimate_exceeded_percent",
         "estimate_factor_p99",
+        "estimate_over_median",
         "drift_max",
         "steps_mean",
         "steps_max",

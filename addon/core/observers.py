@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..models import Model
+from .models import Model
 
 MINKOWSKI = np.diag([-1.0, 1.0, 1.0, 1.0])
 
