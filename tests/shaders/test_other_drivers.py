@@ -1,4 +1,4 @@
-"""Other OpenGL drivers of Mesa's, each in a process of its own: what they render is what this process's driver does."""
+"""Drivers of Mesa's, each in its own process: zink renders what llvmpipe does, and softpipe comes to an end."""
 
 import os
 import subprocess
@@ -11,6 +11,7 @@ import pytest
 from tools.environments import ZINK, ZINK_ADVICE
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+LLVMPIPE = {"LIBGL_ALWAYS_SOFTWARE": "1"}
 SOFTPIPE = {"LIBGL_ALWAYS_SOFTWARE": "1", "GALLIUM_DRIVER": "softpipe"}
 RENDERER = "from addon.core import device; print(device.describe())"
 
@@ -39,32 +40,33 @@ def python(*arguments, **variables):
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory):
-    """name/pass -> pixels of this process's driver and of zink."""
+    """name/pass -> pixels of llvmpipe and of zink."""
     name = python("-c", RENDERER, **ZINK)
     if not (name or "").startswith("zink"):
         pytest.skip(f"zink does not run here ({name or 'no driver'}). {ZINK_ADVICE}")
     folder = tmp_path_factory.mktemp("frames")
-    files = [folder / f"{driver}.npz" for driver in ("usual", "zink")]
-    for path, variables in zip(files, ({}, ZINK), strict=True):
+    files = [folder / f"{driver}.npz" for driver in ("llvmpipe", "zink")]
+    for path, variables in zip(files, (LLVMPIPE, ZINK), strict=True):
         assert python("-m", "tests.shaders.driver_frames", str(path), **variables) is not None
-    usual, zink = (dict(np.load(path)) for path in files)
-    assert str(zink.pop("driver")).startswith("zink") and usual.pop("driver")
-    return usual, zink
+    frames = [dict(np.load(path)) for path in files]
+    assert [str(of_driver.pop("driver")).split()[0] for of_driver in frames] == ["llvmpipe", "zink"]
+    return frames
 
 
 def test_rays_end_alike_on_zink(both):
-    usual, zink = both
-    assert usual.keys() == zink.keys() and len(usual) > 50
-    for name in usual:
+    llvmpipe, zink = both
+    assert llvmpipe.keys() == zink.keys() and len(zink) > 50
+    for name, pixels in zink.items():
         if name.endswith(("Status", "Object Index")):
-            assert np.array_equal(usual[name], zink[name]), name
+            assert np.array_equal(pixels, llvmpipe[name]), name
 
 
 def test_pictures_are_alike_on_zink(both):
     """Lengths as parts of themselves; the rest as it is."""
-    for name, usual in both[0].items():
-        size = np.abs(usual) if name.endswith("Depth") else 1.0
-        assert (np.abs(both[1][name] - usual) <= ALLOWED * size).all(), name
+    llvmpipe, zink = both
+    for name, pixels in zink.items():
+        size = np.abs(pixels) if name.endswith("Depth") else 1.0
+        assert (np.abs(pixels - llvmpipe[name]) <= ALLOWED * size).all(), name
 
 
 def test_rays_end_by_name_on_softpipe():
