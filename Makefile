@@ -15,11 +15,11 @@ NEWEST = $(shell $(PYTHON) tools/environments.py)
 quoted = '$(subst ','\'',$(1))'
 
 .DEFAULT_GOAL := help
-.PHONY: help python setup ready render test bench report compare lint format package clean distclean
+.PHONY: help python setup ready render test test-drivers bench report compare lint format package clean distclean
 
 help: ## list the commands
-	@grep -E '^[a-z]+:.* ## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z]+):.* ## /\1|/' | \
-		while IFS='|' read -r name text; do printf 'make %-10s %s\n' "$$name" "$$text"; done
+	@grep -E '^[a-z-]+:.* ## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z-]+):.* ## /\1|/' | \
+		while IFS='|' read -r name text; do printf 'make %-12s %s\n' "$$name" "$$text"; done
 
 python:
 	@test -n '$(PYTHON)' || { echo 'No Python 3 here. Debian, Ubuntu: sudo apt-get install python3 python3-venv' >&2; exit 1; }
@@ -35,6 +35,9 @@ render: ready ## render BLEND=file.blend FRAMES=1-10 OUT=folder
 
 test: ready ## run all tests; PYTEST_ARGS="-k name" chooses
 	@$(PYTHON) tools/test.py $(PYTEST_ARGS)
+
+test-drivers: ready ## run some of them on another OpenGL driver, and look at all programs' GLSL; a minute
+	@$(PYTHON) tools/drivers.py
 
 bench: ready ## measure how fast it is, into out/bench.json and out/bench; QUICK=1 takes three minutes
 	@$(NEWEST) -m tools.bench $(if $(QUICK),--quick)

@@ -12,6 +12,10 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 # Oldest first: "the newest" below is the last that is set up.
 BLENDER_BY_PYTHON = {"3.11": "Blender 4.5 LTS", "3.13": "Blender 5.2 LTS"}
 
+# For child processes: Mesa's zink, which makes Vulkan of OpenGL, over lavapipe, which is Vulkan on the processor.
+ZINK = {"LIBGL_ALWAYS_SOFTWARE": "1", "MESA_LOADER_DRIVER_OVERRIDE": "zink"}
+ZINK_ADVICE = "Debian, Ubuntu: sudo apt-get install mesa-vulkan-drivers"
+
 
 def folder(version):
     """The virtual environment for a Python version such as "3.13"."""
