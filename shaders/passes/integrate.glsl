@@ -6,6 +6,7 @@ bool absorbed(RayState s);   // the model swallowed the ray
 float time_left(float tau);  // until the model ends a ray that has met nothing
 void hold(vec3 x);           // the law's formula in the region that x is in
 #ifdef EMBEDDED
+bool outside(RayState s);    // the ray left the bounding sphere and cannot come back
 RayState rhs(RayState s);
 void take_step(inout Ray ray);  // one step, or an attempt that does not stand
 float first_demand();
@@ -50,7 +51,7 @@ void main() {
     ray.border_ahead = NO_BORDER_AHEAD;
     ray.at_border = false;
     while (ray.taken < u_steps && ray.status == RUNNING && !ray.at_border && !absorbed(ray.state)
-        && time_left(ray.tau) > 0.0) {
+        && !outside(ray.state) && time_left(ray.tau) > 0.0) {
         take_step(ray);
         // With as much way again its sagitta would be four times as large.
         if (ray.border_ahead == NO_BORDER_AHEAD && chord_excess(s, ray.state, ray.tau) > 0.25) break;
