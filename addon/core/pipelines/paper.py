@@ -142,7 +142,8 @@ class PaperPipeline:
         if "EMBEDDED" in flags:  # step doubling writes down the effort in its own pass, after both integrations
             chords = ("chords/none",) if "CHORDS" not in flags else ()
             errors = request.errors if "error" in asked else "errors/none"
-            inside, noted = ("common/bounds", "stepping/embedded", *control, *chords, errors), flags & {"EMBEDDED", "EFFORT"}
+            inside = ("common/bounds", "stepping/embedded", *control, *chords, errors)
+            noted = flags & {"EMBEDDED", "EFFORT"}
         self.integrate = self._with_model("passes/integrate", *request.integrator.files, *inside, flags=noted)
         self.integrate = replace(self.integrate, generated=self.integrate.generated + request.integrator.generated)
         self.step_control = self._with_model("passes/step_control", *control, flags=flags & {"EFFORT", "CHORDS"})
