@@ -75,7 +75,8 @@ class Settings:
     observer_velocity   (x, y, z), world space, in units of that of light; "moving"
     step                h, the step of τ (the first one where steps adapt); None lets the model choose
     tolerance           angle, radians, that a segment ("doubling") or the whole ray ("embedded") may be wrong by;
-                        None: TOLERANCES of the pipeline
+                        None: TOLERANCES of the pipeline. Next to a photon orbit every error is magnified, and two
+                        rays may part for good: what it has become there, the pass Error says
     chord_tolerance     angle, radians, that what is intersected may be away from the ray: a chord in the paper's
                         pipeline ("embedded"), None: the tolerance; a curve in the fused one, None: a twentieth of it
     max_steps           steps a ray may take
