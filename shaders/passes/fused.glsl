@@ -17,6 +17,7 @@ RayState rhs(RayState s);  // d/dtau of the state
 void take_step(inout Ray ray);      // one step, or an attempt that does not stand
 float first_try(RayState rate);     // the step to try where nothing is known of a step's error
 float first_demand();
+float first_error(RayState start);
 bool absorbed(RayState s);
 bool captured(RayState s);   // certain to be absorbed
 bool outside(RayState s);    // the ray left the bounding sphere and cannot come back
@@ -266,10 +267,12 @@ void main() {
     if (v.w != RUNNING) ray.status = NOT_FINITE;  // one that is at its end is here for its quad's sake only
 #else
 #ifdef ORBIT
+    ray.error = first_error(start);
     ray.state = orbit_state(start);
     ray.tau = 0.0;
 #else
     ray.state = ray_start(pixel, origin, direction, bounding_radius(), ray.tau);
+    ray.error = first_error(ray.state);
 #endif
     hold(ray.state.x);
     ray.rate = rhs(ray.state);
@@ -279,7 +282,6 @@ void main() {
     ray.h = first_try(ray.rate);
 #endif
     ray.demand = first_demand();
-    ray.error = 0.0;
     ray.taken = 0;
     ray.status = RUNNING;
     if (absorbed(ray.state)) ray.status = ABSORBED;

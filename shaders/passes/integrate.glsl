@@ -43,7 +43,12 @@ void main() {
     ray.tau = x.w;
     ray.h = v.w;
     ray.demand = first_demand();
+#ifdef EFFORT
+    vec4 effort = texelFetch(u_effort, pixel, 0);
+    ray.error = effort.x;
+#else
     ray.error = 0.0;
+#endif
     ray.status = RUNNING;
     ray.taken = 0;
     ray.rejected = 0.0;
@@ -61,7 +66,7 @@ void main() {
     // A step that may not become smaller is marked by its sign; the termination pass ends the ray.
     out_v = vec4(ray.state.v, ray.status == STEP_TOO_SMALL ? -ray.h : ray.h);
 #ifdef EFFORT
-    out_effort = texelFetch(u_effort, pixel, 0) + vec4(ray.error, float(ray.taken), ray.rejected, 0.0);
+    out_effort = vec4(ray.error, effort.y + float(ray.taken), effort.z + ray.rejected, 0.0);
 #endif
 #else
     float h = min(v.w * u_step_factor, time_left(x.w) / float(u_steps));

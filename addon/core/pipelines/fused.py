@@ -75,11 +75,10 @@ class FusedPipeline:
         else:
             files += ["common/bounds", *request.integrator.files, f"stepping/{settings.step_control}"]
             generated += request.integrator.generated
-            if settings.step_control != "constant":
-                files += [
-                    f"step_control/{settings.step_control}",
-                    request.errors if "error" in asked else "errors/none",
-                ]
+            estimates = settings.step_control != "constant"
+            files.append(request.errors if estimates and "error" in asked else "errors/none")
+            if estimates:
+                files.append(f"step_control/{settings.step_control}")
                 if "rejected" in asked:
                     flags.add("REJECTED")
             if settings.step_control == "embedded":
