@@ -20,7 +20,6 @@ from tests.shaders.truth import at_infinity
 
 EPS = 2.0**-24
 DEFAULT, TIGHT = Settings(), Settings(tolerance=1e-5)
-# Of a step, not of the ray: some thirty of them end within the tight tolerance.
 PAPER = Settings(
     pipeline="paper", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-5, segments=2000
 )
