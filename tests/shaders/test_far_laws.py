@@ -178,8 +178,8 @@ def test_coulombs_centres_together():
 
 
 def circle_missing(x, d, image):
-    """How far, model lengths, the fisheye's ray (R = 1) through x along d, a circle through x and -x / |x|^2, passes the
-    image. float64, (3,) each.
+    """How far, model lengths, the fisheye's ray (R = 1) through x along d, a circle through x and -x / |x|^2, passes
+    the image. float64, (3,) each.
     """
     normal = np.cross(x, d)
     inward = np.cross(normal, d) / np.linalg.norm(normal)  # in the ray's plane, across d
@@ -193,8 +193,8 @@ def circle_missing(x, d, image):
 @pytest.mark.parametrize("tolerance", [5e-5, 1e-5, 1e-6])
 @pytest.mark.parametrize("angle", [7.5, 10.0, 30.0, 80.0])
 def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
-    """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0). There a
-    radian of a ray's direction, and of where it is on the sphere that the fisheye is a picture of, is (1 + 2^2) / 2 R.
+    """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0). There
+    a radian of a ray's direction, and of where it is on the sphere that the fisheye is a picture of, is (1 + 2^2) / 2 R.
     """
     model = MODELS["refraction"](medium="fisheye", radius=1.0)
     turned = np.radians(angle)
@@ -206,7 +206,7 @@ def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
             break
     assert x[1] < 0.0
     miss = circle_missing(x, ends.direction[0].astype(float), np.array([-2.0, 0.0, 0.0]))
-    print(f"\n{angle:g} degrees, tolerance {tolerance:g}: {miss:.1e} R after {steps} steps, estimate {ends.error[0]:.1e}")
+    print(f"\n{angle:g} degrees, {tolerance:g}: {miss:.1e} R after {steps} steps, estimate {ends.error[0]:.1e}")
     assert miss <= 2.5 * (2.0 * tolerance + 8 * EPS * steps)
 
 
