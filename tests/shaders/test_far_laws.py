@@ -193,8 +193,8 @@ def circle_missing(x, d, image):
 @pytest.mark.parametrize("tolerance", [5e-5, 1e-5, 1e-6])
 @pytest.mark.parametrize("angle", [7.5, 10.0, 30.0, 80.0])
 def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
-    """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0). There
-    a radian of a ray's direction, and of where it is on the sphere that the fisheye is a picture of, is (1 + 2^2) / 2 R.
+    """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0).
+    There a radian of a ray's direction, and of where it is on the sphere that the fisheye maps, is (1 + 2^2) / 2 R.
     """
     model = MODELS["refraction"](medium="fisheye", radius=1.0)
     turned = np.radians(angle)

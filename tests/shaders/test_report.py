@@ -118,8 +118,8 @@ def test_the_promised_error_is_the_rendered_one(egl):
 
 
 def test_floor_of_the_bounding_sphere(egl):
-    """Where a force of a long range is cut at 1000 lengths, a ray has still to turn by about b / 2 r^2, with b up to some
-    14. There is none where the far field is known.
+    """Where a force of a long range is cut at 1000 lengths, a ray has still to turn by about b / 2 r^2, with b up to
+    some 14. There is none where the far field is known.
     """
     positions, directions = HOLE_CASE.rays(8)
     long = MODELS["radial_potential"](xi="yukawa", zeta=-1.0, mu=0.0)
