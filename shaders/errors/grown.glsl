@@ -5,7 +5,7 @@
 // rounding of a place is an angle, the larger, the farther from the origin the place is.
 
 const float LARGEST_ERROR = 3.1415927;
-const float PLACES = 4.0;  // that a step rounds, of one size and sign: stages and its end
+const float PLACES = 6.0;  // that a step rounds, of one size and sign: stages and its end
 
 // start : in space. Its place is rounded, and seen from where it passes the centre, that is an angle.
 float first_error(RayState start) {

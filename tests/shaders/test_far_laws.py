@@ -20,7 +20,6 @@ from tests.shaders.truth import at_infinity
 
 EPS = 2.0**-24
 DEFAULT, TIGHT = Settings(), Settings(tolerance=1e-5)
-# Of a step, not of the ray: some thirty of them end within the tight tolerance.
 PAPER = Settings(
     pipeline="paper", integrator="dormand_prince_54", step_control="embedded", tolerance=1e-5, segments=2000
 )
@@ -195,8 +194,7 @@ def circle_missing(x, d, image):
 @pytest.mark.parametrize("angle", [7.5, 10.0, 30.0, 80.0])
 def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
     """From (0.5, 0, 0), out to 14 R at 10 degrees and 19 R at 7.5, until they have passed the image at (-2, 0, 0).
-    There a radian of a ray's direction, and of where it is on the sphere that the fisheye is a picture of, is
-    (1 + 2^2) / 2 R.
+    There a radian of a ray's direction, and of where it is on the sphere that the fisheye maps, is (1 + 2^2) / 2 R.
     """
     model = MODELS["refraction"](medium="fisheye", radius=1.0)
     turned = np.radians(angle)
@@ -208,7 +206,7 @@ def test_fisheye_rays_that_swing_far_out_come_back(angle, tolerance):
             break
     assert x[1] < 0.0
     miss = circle_missing(x, ends.direction[0].astype(float), np.array([-2.0, 0.0, 0.0]))
-    print(f"{angle:g} degrees, tolerance {tolerance:g}: {miss:.1e} R, {steps} steps, estimate {ends.error[0]:.1e}")
+    print(f"\n{angle:g} degrees, {tolerance:g}: {miss:.1e} R after {steps} steps, estimate {ends.error[0]:.1e}")
     assert miss <= 2.5 * (2.0 * tolerance + 8 * EPS * steps)
 
 

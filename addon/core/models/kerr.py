@@ -142,8 +142,8 @@ class Kerr(Model):
         return 300.0 * self.mass
 
     def escape_radius(self, reach: float) -> float:
-        """As Schwarzschild's."""
-        return max(self.flat_radius(), min(1.1 * reach, 1e4 * self.mass))
+        """Of what passes by farther out the far field has the whole turn, but for 12 M²/b²."""
+        return max(self.flat_radius(), min(1.1 * reach, 3e3 * self.mass))
 
     def observer_problem(self, observer: str, positions: np.ndarray) -> str | None:
         if self.mass == 0.0:

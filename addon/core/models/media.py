@@ -351,6 +351,6 @@ class Isotropic(Medium):
         return 1000.0 * self.model.mass
 
     def escape_radius(self, reach: float) -> float:
-        """As Schwarzschild's."""
+        """Of what passes by farther out the far field has the whole turn, but for 12 M²/b²."""
         mass = self.model.mass
-        return max(self.flat_radius(), min(1.1 * reach, 1e4 * mass)) if reach else 100.0 * mass
+        return max(self.flat_radius(), min(1.1 * reach, 3e3 * mass)) if reach else 100.0 * mass
