@@ -4,8 +4,8 @@ Cycles' filter is at least 0.01 pixel wide; that limit of its property is passed
 centres to 5e-5 of a pixel, which is the rounding of its Position pass. So pictures are compared pixel by pixel. Cycles
 decides which pixels lie on an edge: those whose neighbours show another object, face or depth.
 
-Cycles' last digits differ by processor: Embree takes other instructions (and roundings) where there are fused ones. So a
-bound here is what all the roundings can do at its pixel, not what they happened to do on some machine.
+Cycles' last digits differ by processor: Embree takes other instructions (and roundings) where there are fused ones. So
+a bound here is what all the roundings can do at its pixel, not what they happened to do on some machine.
 """
 
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ FAR = 1e9  # metres: Cycles' depth of the background is 1e10
 PASS_NAMES = {"IndexOB": "Object Index"}  # of Blender before 5.0
 SINGLE = 2.0**-24  # what rounding to float32 changes, relative
 HALF = 2.0**-12  # what rounding a texel in [0, 1] to a half float changes: half of the spacing of those below 1
-# From a pixel to a point's weights in a triangle, in each renderer: three for the ray in the camera's axes, three to turn
-# it into the world's, one for the triangle's corner, one to subtract the camera, four for two products and two sums of
-# vectors. They are counted at their full size and all of one sign, as no processor makes them.
+# From a pixel to a point's weights in a triangle, in each renderer: three for the ray in the camera's axes, three to
+# turn it into the world's, one for the triangle's corner, one to subtract the camera, four for two products and two sums
+# of vectors. They are counted at their full size and all of one sign, as no processor makes them.
 ROUNDINGS = 12
 
 
@@ -114,8 +114,8 @@ class Pictures:
         return np.maximum.reduceat(weight * spread(values)[triangle], firsts)
 
     def tilt(self):
-        """How far a flat face's normal may lean, (pixels inside,), where a renderer takes it from corners in world space,
-        which it rounds (three products and their sum: four): twice their movement over the triangle's height.
+        """How far a flat face's normal may lean, (pixels inside,), where a renderer takes it from corners in world
+        space, which it rounds (three products and their sum: four): twice their movement over the triangle's height.
         """
         firsts, triangle, height, _weight = self.beneath
         moved = 4 * SINGLE * np.linalg.norm(self.triangles.positions[triangle], axis=-1).max(axis=-1)
@@ -390,8 +390,8 @@ def test_everything_was_seen(view, request):
 
 def test_depth_and_position(view):
     """Issue #2 asks for 1e-4. Single precision gives less: what roundings do to a place in a triangle, pixel by pixel.
-    They have either sign, and 24 leave √(24 / 3) = 3 as their root mean square: nine pixels in ten stay below 12, even on
-    surfaces that are seen at 15 degrees. Of these numbers few are above 14 m.
+    They have either sign, and 24 leave √(24 / 3) = 3 as their root mean square: nine pixels in ten stay below 12, even
+    on surfaces that are seen at 15 degrees. Of these numbers few are above 14 m.
     """
     allowed = view.apart(view.triangles.positions)
     depth = (view.ours["Position"] - view.camera) @ view.view_axis
@@ -403,17 +403,17 @@ def test_depth_and_position(view):
 
 def packing():
     """How far Cycles turns a corner's normal from Blender 5 on, where it packs it twice, in the mesh's axes and in the
-    world's, into the two coordinates of an octahedron's net, 16 bits over [-1, 1] each. These move by half of a step, and
-    by 1e-6 that Cycles adds to what it divides by. A normal in the middle of a face, |x| = |y| = |z|, turns by √18 times
-    as much if both move alike: (1, 1, -2) over the length there, 1 / √3.
+    world's, into the two coordinates of an octahedron's net, 16 bits over [-1, 1] each. These move by half of a step,
+    and by 1e-6 that Cycles adds to what it divides by. A normal in the middle of a face, |x| = |y| = |z|, turns by √18
+    times as much if both move alike: (1, 1, -2) over the length there, 1 / √3.
     """
     return 2 * np.sqrt(18) * (2.0**-16 + 1e-6) if bpy.app.version >= (5, 0) else 0.0
 
 
 def test_normals(view):
-    """A smooth normal turns with the weights of its corners' normals, which may be packed, and the more so, the shorter it
-    was before it is made unit; a flat one leans as its corners are rounded; and a dozen roundings make them unit. On a
-    large flat face less than 2e-6 is left.
+    """A smooth normal turns with the weights of its corners' normals, which may be packed, and the more so, the shorter
+    it was before it is made unit; a flat one leans as its corners are rounded; and a dozen roundings make them unit. On
+    a large flat face less than 2e-6 is left.
     """
     between = spread(view.triangles.normals)[view.beneath[1]].max()
     shortest = np.sqrt(1 - between**2 / 3)  # in the middle of three that differ by as much
