@@ -24,8 +24,8 @@ PASS_NAMES = {"IndexOB": "Object Index"}  # of Blender before 5.0
 SINGLE = 2.0**-24  # what rounding to float32 changes, relative
 HALF = 2.0**-12  # what rounding a texel in [0, 1] to a half float changes: half of the spacing of those below 1
 # From a pixel to a point's weights in a triangle, in each renderer: three for the ray in the camera's axes, three to
-# turn it into the world's, one for the triangle's corner, one to subtract the camera, four for two products and two sums
-# of vectors. They are counted at their full size and all of one sign, as no processor makes them.
+# turn it into the world's, one for the triangle's corner, one to subtract the camera, four for two products and two
+# sums of vectors. They are counted at their full size and all of one sign, as no processor makes them.
 ROUNDINGS = 12
 
 
