@@ -13,6 +13,7 @@ vec3 border_heart(vec3 x);  // what the border next to x lies around: the centre
 const float LANDING = 0.005;
 const float LANDING_RADIUS = 1.0e-3;
 const float LANDING_ROUNDING = 2.4e-7;  // float32 comes no nearer
+const float SHORTEST = 1.0e-3;          // of a step, what is tried again of it at least
 
 // How far a ray is from the border, in units of the border's function, and how fast that changes.
 vec2 border_gap(RayState s, RayState rate) {
@@ -20,36 +21,25 @@ vec2 border_gap(RayState s, RayState rate) {
     return vec2(edge.w, dot(edge.xyz, rate.x));
 }
 
-// The fraction of a step at which the gap, as a cubic between its ends, is 0.  slopes : by the fraction
-float gap_closes(vec2 gap, vec2 gap_after, float h) {
-    vec2 slopes = h * vec2(gap.y, gap_after.y);
-    float change = gap_after.x - gap.x;
-    float second = 3.0 * change - 2.0 * slopes.x - slopes.y;
-    float third = slopes.x + slopes.y - 2.0 * change;
-    float t = clamp(gap.x / max(-change, 1e-37), 0.0, 1.0);
-    for (int i = 0; i < 3; ++i) {
-        float value = gap.x + t * (slopes.x + t * (second + t * third));
-        float slope = slopes.x + t * (2.0 * second + 3.0 * t * third);
-        t = clamp(t - value / min(slope, -1e-37), 0.0, 1.0);
-    }
-    return t;
-}
-
-// Whether a step of h ends on the border.  beyond : tau that it goes too far; below 0, that it is short; 0: no border
+// Whether a step of h ends on the border, where the gap, as the parabola through its values at both ends and its slope at
+// the last one, is 0. Comparisons are between squares, without roots and quotients.
+// beyond : tau that the step goes too far; below 0, that it is short; 0: no border
 bool finds_border(vec2 gap, vec2 gap_after, RayState after, RayState rate, float h, out float beyond) {
-    float radius = length(after.x) / max(length(rate.x), 1e-30);  // as tau
-    float least = LANDING_ROUNDING * radius;
+    float slope = h * gap_after.y;
+    float bend = gap.x - gap_after.x + slope;
+    float root = sqrt(max(slope * slope - 4.0 * bend * gap_after.x, 0.0));
+    beyond = -2.0 * h * gap_after.x / max(root - slope, 1e-30);
+    float speed = dot(rate.x, rate.x);
+    float radius = dot(after.x, after.x);
+    float landing = min(LANDING * LANDING * h * h * speed, LANDING_RADIUS * LANDING_RADIUS * radius);
+    float least = LANDING_ROUNDING * LANDING_ROUNDING * radius;
     bool crossed = gap_after.x <= 0.0;
-    beyond = gap_after.x / min(gap_after.y, -1e-30);
-    bool lands = gap_after.y < 0.0 && abs(beyond) <= max(min(LANDING * h, LANDING_RADIUS * radius), least);
-    if (lands) return true;
-    beyond = crossed ? (1.0 - gap_closes(gap, gap_after, h)) * h : 0.0;
-    if (!crossed || h > 1.01 * least) {
-        beyond = min(beyond, max(h - least, 0.0));
-        return false;
-    }
-    beyond = 0.0;
-    return true;
+    bool found = finite(beyond) && finite(rate.x) && finite(rate.v);  // a long step into a strong force overflows
+    bool lands = found && gap_after.y < 0.0 && beyond * beyond * speed <= max(landing, least);
+    bool at_end = crossed && h * h * speed <= least;
+    float part = found ? clamp(beyond, SHORTEST * h, (1.0 - SHORTEST) * h) : 0.5 * h;
+    if (!lands) beyond = crossed && !at_end ? part : 0.0;
+    return lands || at_end;
 }
 
 // The last part of a step that goes over all that the border surrounds, from the place next to its heart on; 0 for others.

@@ -22,7 +22,7 @@ const float NOISE_SLOPE = 11.2;  // |gradient of noise| < sqrt(3) * 15/8 * 2 * (
 
 const float NO_WIDTH = 2.0e-5;  // thickness below which n jumps
 const float THIN = 0.1;         // thickness below which the steps' errors in the front are mended at its end
-const float FOLD = 0.08;
+const float FOLD = 0.16;
 
 // Regions
 const int OUTSIDE = 0;

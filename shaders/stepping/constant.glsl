@@ -30,7 +30,11 @@ void take_step(inout Ray ray) {
     if (!ray.at_border && beyond <= 0.0) beyond = leapt_over(ray.state, after) * h;
     ray.border_ahead = NO_BORDER_AHEAD;
     if (ray.at_border) move_back(after, ray.rate, rate_after, beyond, h);
-    else if (beyond > 0.0) {  // as far as the border, once more
+    if (!finite(after.x) || !finite(after.v)) {  // the force at the step's end is no measure of the way to the border
+        ray.at_border = false;
+        beyond = 0.5 * h;
+    }
+    if (!ray.at_border && beyond > 0.0) {  // as far as the border, once more
         ray.border_ahead = h - beyond;
         return;
     }

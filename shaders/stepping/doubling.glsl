@@ -47,7 +47,7 @@ void take_step(inout Ray ray) {
     if (ray.at_border) {
         move_back(halves, ray.rate, rate_after, beyond, went);
         went -= beyond;
-        next = u_step;
+        next = first_try(rate_after);
         too_small = false;
     } else if (stands && beyond > 0.0) {  // as far as the border, once more
         stands = false;
