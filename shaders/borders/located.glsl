@@ -47,7 +47,7 @@ float leapt_over(RayState before, RayState after) {
     vec3 along = after.x - before.x;
     float nearest = dot(border_heart(before.x + 0.5 * along) - before.x, along) / max(dot(along, along), 1e-37);
     bool leaps = nearest > 0.0 && nearest < 1.0 && border(before.x + nearest * along).w <= 0.0;
-    return leaps ? 1.0 - nearest : 0.0;
+    return leaps ? min(1.0 - nearest, 1.0 - SHORTEST) : 0.0;
 }
 
 // To `beyond` before the end of a step of h: the state to second order, and its derivative.  first : the one at its start

@@ -30,12 +30,10 @@ void take_step(inout Ray ray) {
     if (!ray.at_border && beyond <= 0.0) beyond = leapt_over(ray.state, after) * h;
     ray.border_ahead = NO_BORDER_AHEAD;
     if (ray.at_border) move_back(after, ray.rate, rate_after, beyond, h);
-    if (!finite(after.x) || !finite(after.v)) {  // the force at the step's end is no measure of the way to the border
+    bool is_there = finite(after.x) && finite(after.v);  // or the force at the end is no measure of the way to the border
+    if (!is_there || (!ray.at_border && beyond > 0.0)) {  // as far as the border, once more
         ray.at_border = false;
-        beyond = 0.5 * h;
-    }
-    if (!ray.at_border && beyond > 0.0) {  // as far as the border, once more
-        ray.border_ahead = h - beyond;
+        ray.border_ahead = is_there ? h - beyond : 0.5 * h;
         return;
     }
     ray.state = after;

@@ -21,6 +21,6 @@ NO_BORDERS = Borders(("borders/none", "borders/all_errors"), "advances/plain")
 SWALLOWING = Borders(("borders/located", "borders/swallowing", "borders/all_errors"), "advances/swallowed")
 LEAVING = Borders(("common/bounds", "borders/located", "borders/leaving", "borders/all_errors"), "advances/plain")
 # The law is continuous on a rim and in a front: constant steps, which know no errors, go through as through all else.
-RIM = Borders(("borders/located", "borders/rim", "borders/all_errors"), "advances/plain")
-FRONT = Borders(("borders/located", "borders/refracting", "borders/front_errors"), "advances/plain")
+RIM = Borders(("borders/located", "borders/rim", "borders/all_errors"), "advances/held")
+FRONT = Borders(("borders/located", "borders/refracting", "borders/front_errors"), "advances/held")
 JUMP = Borders(("common/bounds", "borders/located", "borders/refracting", "borders/all_errors"), "advances/crossing")
