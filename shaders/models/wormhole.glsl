@@ -50,9 +50,8 @@ bool absorbed(RayState s) {
     return false;
 }
 
-// A quarter of (b^2 + l^2)^(1/2) = n rho: no step leaps through the throat. What leaves on the near side does not come back.
+// A quarter of (b^2 + l^2)^(1/2) = n rho: no step leaps through the throat.
 float longest_step(RayState s) {
-    if (dot(s.x, s.v) > 0.0 && excess(s.x) < 0.1) return 1.0e30;
     return 0.25 * (1.0 + excess(s.x)) * length(s.x);
 }
 
