@@ -17,8 +17,9 @@ RENDERER = "from addon.core import device; print(device.describe())"
 
 # Roundings differ, and with them the estimates that step sizes follow. Measured: 1.2e-5. Both are right to TOLERANCES.
 ALLOWED = 1e-4
-# Of a frame's pixels. A rounding may turn a decision of the step control round, and the ray takes other steps, which are
-# as right. Where Euler's method grazes the lens's rim, as the paper's default does, 1 to 2 % of the rays part by 0.02 rad.
+# Of a frame's pixels. A rounding may turn a decision of the step control round, and the ray takes other steps, which
+# are as right. Where Euler's method grazes the lens's rim, as the paper's default does, 1 to 2 % of the rays part by
+# 0.02 rad.
 DECIDED_OTHERWISE = 0.03
 
 TWO_TRIANGLES = """
